@@ -1,0 +1,1 @@
+"""Online fine registration of point clouds by Iterative Differential Entropy Minimization."""

@@ -1,0 +1,71 @@
+"""The parameters of a registration, described once for the core, the node, the CLI and the docs."""
+
+import math
+from dataclasses import dataclass, field, fields
+
+from idem_ros.core.exceptions import InvalidConfig
+
+LENGTH_SCALES = ('radius', 'none')
+
+
+def _parameter(default, description, unit=''):
+    return field(default=default, metadata={'description': description, 'unit': unit})
+
+
+@dataclass(frozen=True)
+class RegistrationConfig:
+    """How two clouds are registered; `idem_ros.core.register` reads nothing else."""
+
+    voxel_size: float | None = _parameter(
+        None, 'edge of the voxels both clouds are reduced to first; none: points as given', 'm'
+    )
+    a: float = _parameter(
+        1.0, 'search radius over the mean distance to the fourth neighbour (Eq. 9)'
+    )
+    radius_schedule: tuple[float, ...] = _parameter(
+        (4.0, 2.0, 1.0), 'stages, coarse to fine: the radius of each as a multiple of the last'
+    )
+    length_scale: str = _parameter(
+        'radius',
+        'unit of length of the entropy: "radius" (dimensionless) or "none" (as given, the paper)',
+    )
+    max_iterations: int = _parameter(50, 'most steps of one stage')
+    rotation_tolerance: float = _parameter(
+        1e-5, 'a stage has converged when a step turns by less', 'rad'
+    )
+    translation_tolerance: float = _parameter(
+        1e-4, 'a stage has converged when a step moves by less than this multiple of the radius'
+    )
+
+    def __post_init__(self):
+        if self.voxel_size is not None:
+            _require_positive('voxel_size', self.voxel_size)
+        _require_positive('a', self.a)
+        object.__setattr__(self, 'radius_schedule', tuple(self.radius_schedule))
+        if not self.radius_schedule:
+            raise InvalidConfig('radius_schedule is empty; give at least one stage, e.g. (1.0,)')
+        for factor in self.radius_schedule:
+            _require_positive('radius_schedule', factor)
+        if self.length_scale not in LENGTH_SCALES:
+            raise InvalidConfig(
+                f'length_scale is {self.length_scale!r}; it must be one of {LENGTH_SCALES}'
+            )
+        if isinstance(self.max_iterations, bool) or not (
+            isinstance(self.max_iterations, int) and self.max_iterations >= 1
+        ):
+            raise InvalidConfig(
+                f'max_iterations is {self.max_iterations!r}; it must be a whole number from 1'
+            )
+        _require_positive('rotation_tolerance', self.rotation_tolerance)
+        _require_positive('translation_tolerance', self.translation_tolerance)
+
+
+def parameter_names():
+    """Return the names of all fields of `RegistrationConfig`, in order."""
+    return tuple(f.name for f in fields(RegistrationConfig))
+
+
+def _require_positive(name, value):
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and math.isfinite(value) and value > 0):
+        raise InvalidConfig(f'{name} is {value!r}; it must be a finite number above 0')

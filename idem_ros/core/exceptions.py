@@ -1,0 +1,17 @@
+"""The family of errors that idem_ros raises for what a caller or a user did."""
+
+
+class IdemError(Exception):
+    """Root of the family: the message names what was given, what is wrong and what would be right."""
+
+
+class InvalidCloud(IdemError):
+    """Points that no registration can use: wrong shape, not numbers, or none of them finite."""
+
+
+class InvalidTransform(IdemError):
+    """A matrix that is not a rigid transform."""
+
+
+class InvalidConfig(IdemError):
+    """A parameter outside its range, or parameters that contradict each other."""

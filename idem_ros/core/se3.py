@@ -1,0 +1,91 @@
+"""Rigid motions as 4x4 matrices: checked, inverted, and the exponential of a twist."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from idem_ros.core.exceptions import InvalidTransform
+
+ORTHONORMALITY_TOLERANCE = 1e-3
+
+
+def checked_transform(transform, name='T_target_source'):
+    """Return a rigid transform as (4, 4) float64, its rotation made exactly orthonormal.
+
+    Args:
+        transform: (4, 4) homogeneous matrix; its rotation may be off by 1e-3 (a pose file's digits).
+        name: what the message calls it.
+
+    Raises:
+        InvalidTransform: wrong shape, not finite, a last row other than 0 0 0 1, or no rotation.
+    """
+    try:
+        matrix = np.array(transform, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidTransform(f'{name} is not a matrix of numbers: {error}') from error
+    if matrix.shape != (4, 4):
+        raise InvalidTransform(f'{name} has shape {matrix.shape}; it must be (4, 4)')
+    if not np.isfinite(matrix).all():
+        raise InvalidTransform(f'{name} holds values that are not finite')
+    if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=ORTHONORMALITY_TOLERANCE):
+        raise InvalidTransform(f'{name} has the last row {matrix[3]}; it must be 0 0 0 1')
+    rotation = matrix[:3, :3]
+    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
+    if error > ORTHONORMALITY_TOLERANCE or np.linalg.det(rotation) < 0:
+        raise InvalidTransform(
+            f'{name} is not rigid: R Rt is off the identity by {error:.2g}, '
+            f'det R = {np.linalg.det(rotation):.3g}; it must be a rotation'
+        )
+    if error > 1e-12:
+        u, _, vt = np.linalg.svd(rotation)
+        matrix[:3, :3] = u @ vt
+    matrix[3] = (0, 0, 0, 1)
+    return matrix
+
+
+def inverse(transform):
+    """Return the inverse of a (4, 4) rigid transform."""
+    rotation_t = transform[:3, :3].T
+    result = np.eye(4)
+    result[:3, :3] = rotation_t
+    result[:3, 3] = -rotation_t @ transform[:3, 3]
+    return result
+
+
+def transform_points(transform, points):
+    """Return R p + t for each row p of (N, 3) points."""
+    return points @ transform[:3, :3].T + transform[:3, 3]
+
+
+def exp(twist):
+    """Return the (4, 4) motion of the twist (omega, v), (6,): rotation first, [rad] then [length]."""
+    omega, v = twist[:3], twist[3:]
+    angle = np.linalg.norm(omega)
+    hat = skew(omega)
+    if angle < 1e-4:  # Taylor: (1 - cos a)/a^2 and (a - sin a)/a^3 lose their digits
+        b, c = 0.5 - angle**2 / 24, 1 / 6 - angle**2 / 120
+    else:
+        b, c = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
+    result = np.eye(4)
+    result[:3, :3] = Rotation.from_rotvec(omega).as_matrix()
+    result[:3, 3] = (np.eye(3) + b * hat + c * hat @ hat) @ v
+    return result
+
+
+def adjoint(transform):
+    """Return the (6, 6) matrix that takes a twist (omega, v) through a rigid transform."""
+    rotation = transform[:3, :3]
+    result = np.zeros((6, 6))
+    result[:3, :3] = rotation
+    result[3:, 3:] = rotation
+    result[3:, :3] = skew(transform[:3, 3]) @ rotation
+    return result
+
+
+def skew(v):
+    """Return the (3, 3) matrix of the cross product with v, (3,)."""
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]], dtype=np.float64)
+
+
+def rotation_angle(transform):
+    """Return the angle [rad] of a transform's rotation."""
+    return float(Rotation.from_matrix(transform[:3, :3]).magnitude())

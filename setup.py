@@ -1,0 +1,46 @@
+"""Install idem_ros, with pip or as a ROS 2 ament_python package with colcon."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'idem_ros'
+ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
+PLOT = ['matplotlib']
+BENCH = ['small_gicp', 'psutil']
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Online fine registration of point clouds by entropy minimisation (IDEM)',
+    license='Apache-2.0',
+    maintainer='idem_ros maintainers',
+    maintainer_email='maintainers@idem-ros.invalid',
+    python_requires='>=3.10',
+    packages=find_packages(exclude=['test', 'test.*']),
+    install_requires=[
+        'setuptools',
+        'numpy',
+        'scipy',
+        'numba',
+        'rosbags>=0.11',
+        'mcap>=1.2',
+        'plyfile',
+        'pypcd4',
+        'tqdm',
+    ],
+    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': ['pytest', 'hypothesis']},
+    data_files=[
+        (f'share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+        (f'share/{PACKAGE}/config', glob('config/*')),
+    ],
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'idem = idem_ros.commands.main:main',
+            'idem_node = idem_ros.node.registration_node:main',
+        ]
+    },
+)
