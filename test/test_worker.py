@@ -1,0 +1,142 @@
+import threading
+import time
+
+import pytest
+
+from idem_ros.node.worker import LatestOnlyWorker
+
+LONG = 30.0  # seconds until a test that hangs fails; no passing test waits for it
+
+
+class Recorder:
+    """A worker whose work blocks until it is let go, and what came out of it."""
+
+    def __init__(self, work=None):
+        self.results, self.errors = [], []
+        self.started, self.proceed, self.done = (threading.Semaphore(0) for _ in range(3))
+        self._inner = work or (lambda item: item)
+        self.worker = LatestOnlyWorker(self._work, self._on_result, self._on_error)
+
+    def _work(self, item):
+        self.started.release()
+        assert self.proceed.acquire(timeout=LONG)
+        return self._inner(item)
+
+    def _on_result(self, item, value):
+        self.results.append((item, value))
+        self.done.release()
+
+    def _on_error(self, item, error):
+        self.errors.append((item, error))
+        self.done.release()
+
+    def run_next(self):
+        self.proceed.release()
+        assert self.done.acquire(timeout=LONG)
+
+
+@pytest.fixture
+def recorder():
+    recorders = []
+
+    def make(work=None):
+        recorders.append(Recorder(work))
+        return recorders[-1]
+
+    yield make
+    for made in recorders:
+        for _ in range(10):
+            made.proceed.release()
+        made.worker.stop()
+
+
+def test_result_of_the_work_reaches_on_result(recorder):
+    r = recorder(lambda item: item * 2)
+    r.worker.submit(21)
+    r.run_next()
+    assert r.results == [(21, 42)]
+    assert r.worker.dropped == 0
+
+
+def test_newest_input_wins_and_those_between_are_dropped_and_counted(recorder):
+    r = recorder()
+    r.worker.submit('first')
+    assert r.started.acquire(timeout=LONG)
+    for item in ('second', 'third', 'newest'):
+        r.worker.submit(item)
+    r.run_next()
+    r.run_next()
+    assert [item for item, _ in r.results] == ['first', 'newest']
+    assert r.worker.dropped == 2
+
+
+def test_submit_does_not_wait_for_the_work_under_way(recorder):
+    r = recorder()
+    r.worker.submit('slow')
+    assert r.started.acquire(timeout=LONG)
+    r.worker.submit('next')  # would never come back if it did
+    assert r.results == []
+
+
+def test_error_in_the_work_is_reported_and_the_next_input_is_taken(recorder):
+    def work(item):
+        if item == 'bad':
+            raise ValueError('no such cloud')
+        return item
+
+    r = recorder(work)
+    r.worker.submit('bad')
+    r.run_next()
+    r.worker.submit('good')
+    r.run_next()
+    assert [(item, str(error)) for item, error in r.errors] == [('bad', 'no such cloud')]
+    assert r.results == [('good', 'good')]
+
+
+def test_error_in_on_result_is_reported_and_the_next_input_is_taken():
+    errors, published, done = [], [], threading.Semaphore(0)
+
+    def publish(item, value):
+        if item == 'unpublishable':
+            raise RuntimeError('no publisher')
+        published.append(value)
+        done.release()
+
+    def refuse(item, error):
+        errors.append((item, str(error)))
+        done.release()
+
+    worker = LatestOnlyWorker(str.upper, publish, refuse)
+    for item in ('unpublishable', 'good'):
+        worker.submit(item)
+        assert done.acquire(timeout=LONG)
+    worker.stop()
+    assert errors == [('unpublishable', 'no publisher')]
+    assert published == ['GOOD']
+
+
+def test_stop_ends_the_work_under_way_drops_what_waits_and_joins(recorder):
+    r = recorder()
+    r.worker.submit('under way')
+    assert r.started.acquire(timeout=LONG)
+    r.worker.submit('waiting')
+    stopper = threading.Thread(target=r.worker.stop)
+    stopper.start()
+    deadline = time.monotonic() + LONG
+    while r.worker.dropped == 0 and time.monotonic() < deadline:
+        pass
+    r.proceed.release()
+    stopper.join(LONG)
+    assert not stopper.is_alive()
+    assert [item for item, _ in r.results] == ['under way']
+    assert r.worker.dropped == 1
+    assert 'idem_worker' not in {thread.name for thread in threading.enumerate()}
+
+
+def test_input_after_stop_is_counted_as_dropped_and_stop_may_be_repeated(recorder):
+    r = recorder()
+    r.worker.stop()
+    r.worker.submit('too late')
+    r.worker.stop()
+    assert r.results == []
+    assert r.worker.dropped == 1
