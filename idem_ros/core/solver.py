@@ -1,0 +1,57 @@
+"""Iterate on SE(3): linearise, step, stop; for any cost with a gradient and a matrix."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core import se3
+
+OVER_RELAXATION = 1.3  # the majoriser is wider than the cost: METHOD measured 25-30 % fewer steps
+LEAST_STIFFNESS = 1e-9  # of the stiffest direction; below it a direction is left where it is
+
+
+class Solution(NamedTuple):
+    """Where the iteration ended."""
+
+    transform: np.ndarray  # (4, 4)
+    matrix: np.ndarray  # (6, 6) Gauss-Newton matrix there, twist (omega, v)
+    iterations: int
+    converged: bool
+
+
+def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, distance_tolerance):
+    """Follow over-relaxed Gauss-Newton steps until one is short in rotation and translation.
+
+    Args:
+        linearize: transform -> (gradient (6,), matrix (6, 6)) for a twist (omega, v) on the left.
+        transform: (4, 4) start.
+        max_iterations: most steps.
+        rotation_tolerance: [rad].
+        distance_tolerance: in the unit of the translation.
+    """
+    relaxation, last = OVER_RELAXATION, None
+    for iteration in range(1, max_iterations + 1):
+        gradient, matrix = linearize(transform)
+        step = -_solve(matrix, gradient)
+        if last is not None and step @ matrix @ last < 0:  # swings: members enter and leave
+            relaxation = max(0.7 * relaxation, 0.2)
+        transform = se3.exp(relaxation * step) @ transform
+        last = step
+        if (
+            np.linalg.norm(step[:3]) <= rotation_tolerance
+            and np.linalg.norm(step[3:]) <= distance_tolerance
+        ):
+            return Solution(transform, matrix, iteration, True)
+    return Solution(transform, matrix, max_iterations, False)
+
+
+def _solve(matrix, gradient):
+    """Solve for the step; directions without stiffness, scaled to their units, do not move."""
+    diagonal = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    if not diagonal.any():
+        return np.zeros(6)
+    scale = 1.0 / np.where(diagonal > 0, diagonal, 1.0)
+    stiffness, axes = np.linalg.eigh(matrix * np.outer(scale, scale))
+    firm = stiffness > LEAST_STIFFNESS * stiffness[-1]
+    along = axes.T @ (scale * gradient)
+    return scale * (axes[:, firm] @ (along[firm] / stiffness[firm]))
