@@ -1,0 +1,174 @@
+"""PointCloud2-like messages to points and back, whoever deserialised them; imports no ROS."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idem_ros.core.exceptions import InvalidCloud
+
+FLOAT32, FLOAT64 = 7, 8
+COORDINATE_TYPES = {FLOAT32: 'f4', FLOAT64: 'f8'}
+
+
+class InvalidPointCloud2(InvalidCloud):
+    """A PointCloud2 message that contradicts itself or holds no usable point."""
+
+
+@dataclass(frozen=True)
+class PointsRead:
+    """The usable points of a message and how many of its points were not."""
+
+    points: NDArray[np.float64]
+    """(N, 3), in the frame and unit of the message."""
+    dropped_nonfinite: int
+    """Points with a coordinate that is NaN or infinite."""
+    dropped_zero: int
+    """Points at exactly (0, 0, 0): how drivers fill what they did not measure."""
+
+
+@dataclass(frozen=True)
+class PackedCloud:
+    """The fields of a sensor_msgs/PointCloud2 but its header, as every writer needs them."""
+
+    height: int
+    width: int
+    fields: tuple[tuple[str, int, int, int], ...]
+    """(name, offset, datatype, count) of each."""
+    is_bigendian: bool
+    point_step: int
+    row_step: int
+    data: NDArray[np.uint8]
+    is_dense: bool
+
+
+def read_points(message):
+    """Read x, y, z of a PointCloud2; the message itself is left untouched.
+
+    Any order of fields, padding of points and rows, organised clouds, float32 and float64 and both
+    byte orders are read. Points that are not finite or exactly zero are dropped and counted,
+    whatever `is_dense` claims.
+
+    Args:
+        message: an object with the fields of sensor_msgs/PointCloud2 (of rclpy, rosbags, ...).
+
+    Returns:
+        `PointsRead`, with at least one point.
+
+    Raises:
+        InvalidPointCloud2: its fields, sizes and data contradict each other, or none is usable.
+    """
+    try:
+        # a view: no copy of the message, and read-only so that nothing can write into it
+        data = np.frombuffer(message.data, dtype=np.uint8)
+    except (TypeError, ValueError, BufferError) as error:
+        raise InvalidPointCloud2(f'its data is not a buffer of bytes: {error}') from error
+    height, width, row_step = _checked_size(message, data.size)
+    order = '>' if message.is_bigendian else '<'
+    points = np.empty((height * width, 3))
+    for axis, (offset, dtype) in enumerate(_coordinates(message)):
+        column = np.ndarray(
+            (height, width), order + dtype, data, offset, (row_step, message.point_step)
+        )
+        with np.errstate(invalid='ignore'):  # signalling NaNs are dropped below
+            points[:, axis] = column.reshape(-1)
+    return _usable(points)
+
+
+def pack_points(points, dtype=np.float32):
+    """Pack points as the x, y, z of an unorganised little-endian cloud without padding.
+
+    Args:
+        points: (N, 3), finite.
+        dtype: np.float32 or np.float64.
+
+    Returns:
+        `PackedCloud` of N points.
+    """
+    dtype = np.dtype(dtype).newbyteorder('<')
+    datatype = FLOAT32 if dtype.itemsize == 4 else FLOAT64
+    packed = np.ascontiguousarray(points, dtype=dtype)
+    step = 3 * dtype.itemsize
+    return PackedCloud(
+        height=1,
+        width=len(packed),
+        fields=tuple((name, i * dtype.itemsize, datatype, 1) for i, name in enumerate('xyz')),
+        is_bigendian=False,
+        point_step=step,
+        row_step=step * len(packed),
+        data=packed.reshape(-1).view(np.uint8),
+        is_dense=True,
+    )
+
+
+def _checked_size(message, size):
+    height, width, step = int(message.height), int(message.width), int(message.point_step)
+    row_step = int(message.row_step) or width * step  # 0 is how some drivers say "no padding"
+    if min(height, width, step, row_step) < 0:
+        raise InvalidPointCloud2(
+            f'a size is negative: height {height}, width {width}, point_step {step}, '
+            f'row_step {row_step}'
+        )
+    if height * width == 0:
+        raise InvalidPointCloud2(f'it holds no points: height {height}, width {width}')
+    if row_step < width * step:
+        raise InvalidPointCloud2(
+            f'row_step {row_step} is too small for {width} points of {step} bytes; '
+            f'it must be {width * step} or more'
+        )
+    if size != height * row_step:
+        raise InvalidPointCloud2(
+            f'its data holds {size} bytes, but height {height} x row_step {row_step} '
+            f'asks for {height * row_step}'
+        )
+    return height, width, row_step
+
+
+def _coordinates(message):
+    """Return (offset, numpy type) of x, y and z."""
+    found = []
+    for name in 'xyz':
+        fields = [field for field in message.fields if field.name == name]
+        if len(fields) != 1:
+            names = ', '.join(str(field.name) for field in message.fields) or 'none'
+            how = 'no field' if not fields else f'{len(fields)} fields'
+            raise InvalidPointCloud2(f'it has {how} {name!r}; its fields: {names}')
+        found.append(_checked_field(fields[0], message.point_step))
+    spans = sorted((offset, offset + int(dtype[1])) for offset, dtype in found)
+    if any(end > start for (_, end), (start, _) in pairwise(spans)):
+        raise InvalidPointCloud2(
+            f'its fields x, y, z overlap: offsets {[offset for offset, _ in found]}'
+        )
+    return found
+
+
+def _checked_field(field, point_step):
+    if field.datatype not in COORDINATE_TYPES:
+        raise InvalidPointCloud2(
+            f'field {field.name!r} has datatype {field.datatype}; '
+            f'it must be {FLOAT32} (FLOAT32) or {FLOAT64} (FLOAT64)'
+        )
+    if field.count > 1:
+        raise InvalidPointCloud2(f'field {field.name!r} has count {field.count}; it must be 1')
+    dtype = COORDINATE_TYPES[field.datatype]
+    if field.offset < 0 or field.offset + int(dtype[1]) > point_step:
+        raise InvalidPointCloud2(
+            f'field {field.name!r} at offset {field.offset} reaches beyond point_step {point_step}'
+        )
+    return field.offset, dtype
+
+
+def _usable(points):
+    finite = np.isfinite(points).all(axis=1)
+    zero = ~points.any(axis=1)
+    usable = finite & ~zero
+    dropped_zero = int(zero.sum())
+    dropped_nonfinite = int(len(points) - finite.sum())
+    if not usable.any():
+        raise InvalidPointCloud2(
+            f'none of its {len(points)} points is usable: {dropped_nonfinite} not finite, '
+            f'{dropped_zero} exactly zero'
+        )
+    kept = points if usable.all() else points[usable]
+    return PointsRead(kept, dropped_nonfinite, dropped_zero)

@@ -1,0 +1,81 @@
+"""ROS messages for recordings, made without ROS."""
+
+from functools import cache
+
+import numpy as np
+from rosbags.typesys import Stores, get_typestore
+
+from idem_ros.pointcloud2 import pack_points
+from idem_ros.transform_message import translation_and_quaternion
+
+CLOUD = 'sensor_msgs/msg/PointCloud2'
+TRANSFORM = 'geometry_msgs/msg/TransformStamped'
+DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
+
+
+@cache
+def typestore():
+    """Return the message types of ROS 2 Jazzy."""
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def cloud_message(points, stamp, frame_id, dtype=np.float32):
+    """Return a sensor_msgs/PointCloud2 of (N, 3) points; `stamp` in nanoseconds."""
+    packed = pack_points(points, dtype)
+    field = _type('sensor_msgs/msg/PointField')
+    return _type(CLOUD)(
+        header=header(stamp, frame_id),
+        height=packed.height,
+        width=packed.width,
+        fields=[field(*values) for values in packed.fields],
+        is_bigendian=packed.is_bigendian,
+        point_step=packed.point_step,
+        row_step=packed.row_step,
+        data=packed.data,
+        is_dense=packed.is_dense,
+    )
+
+
+def transform_message(transform, stamp, frame_id, child_frame_id):
+    """Return a geometry_msgs/TransformStamped of a (4, 4) transform: child frame in frame."""
+    translation, quaternion = translation_and_quaternion(transform)
+    return _type(TRANSFORM)(
+        header=header(stamp, frame_id),
+        child_frame_id=child_frame_id,
+        transform=_type('geometry_msgs/msg/Transform')(
+            translation=_type('geometry_msgs/msg/Vector3')(*translation),
+            rotation=_type('geometry_msgs/msg/Quaternion')(*quaternion),
+        ),
+    )
+
+
+def diagnostics_message(name, level, text, values, stamp):
+    """Return a diagnostic_msgs/DiagnosticArray with one status.
+
+    Args:
+        name: of the component.
+        level: 0 (OK), 1 (WARN) or 2 (ERROR).
+        text: the status in a sentence.
+        values: {key: value}, both strings.
+        stamp: [ns].
+    """
+    key_value = _type('diagnostic_msgs/msg/KeyValue')
+    status = _type('diagnostic_msgs/msg/DiagnosticStatus')(
+        level=level,
+        name=name,
+        message=text,
+        hardware_id='',
+        values=[key_value(key, value) for key, value in values.items()],
+    )
+    return _type(DIAGNOSTICS)(header=header(stamp, ''), status=[status])
+
+
+def header(stamp, frame_id):
+    """Return a std_msgs/Header; `stamp` in nanoseconds."""
+    seconds, nanoseconds = divmod(int(stamp), 10**9)
+    time = _type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
+    return _type('std_msgs/msg/Header')(stamp=time, frame_id=frame_id)
+
+
+def _type(name):
+    return typestore().types[name]

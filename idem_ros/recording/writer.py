@@ -1,0 +1,60 @@
+"""Write a bare MCAP that rosbag2, Foxglove and rosbags open, the same bytes every time."""
+
+from mcap.writer import CompressionType, Writer
+
+from idem_ros.atomic_file import replacing
+from idem_ros.recording.messages import typestore
+
+LIBRARY = 'idem_ros'  # the default names the version of the mcap package: not reproducible
+OFFERED_QOS = """\
+- history: keep_last
+  depth: 10
+  reliability: reliable
+  durability: volatile
+  deadline: {sec: 9223372036, nsec: 854775807}
+  lifespan: {sec: 9223372036, nsec: 854775807}
+  liveliness: automatic
+  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
+  avoid_ros_namespace_conventions: false
+"""
+
+
+def write_mcap(path, messages):
+    """Write messages into a new MCAP; it appears at `path` only when it is complete.
+
+    Uncompressed, so that the same messages give the same bytes with every version of zstd.
+
+    Args:
+        path: the .mcap file.
+        messages: iterable of (topic, log time [ns], message), in the order to be stored; the
+            messages are made by `idem_ros.recording.messages` or read from a ROS 2 recording.
+            Give each its own log time: of equal ones no format keeps the order.
+
+    Raises:
+        UnwritableFile: `path` cannot be written.
+    """
+    with replacing(path) as temporary, temporary.open('wb') as stream:
+        writer = Writer(stream, compression=CompressionType.NONE)
+        writer.start(profile='ros2', library=LIBRARY)
+        channels = {}
+        for sequence, (topic, log_time, message) in enumerate(messages):
+            if topic not in channels:
+                channels[topic] = _register(writer, topic, message.__msgtype__)
+            writer.add_message(
+                channels[topic],
+                log_time,
+                bytes(typestore().serialize_cdr(message, message.__msgtype__)),
+                publish_time=log_time,
+                sequence=sequence,
+            )
+        writer.finish()
+
+
+def _register(writer, topic, msgtype):
+    definition, _ = typestore().generate_msgdef(msgtype, ros_version=2)
+    schema = writer.register_schema(msgtype, 'ros2msg', definition.encode())
+    metadata = {
+        'offered_qos_profiles': OFFERED_QOS,
+        'topic_type_hash': typestore().hash_rihs01(msgtype),
+    }
+    return writer.register_channel(topic, 'cdr', schema, metadata)

@@ -1,0 +1,49 @@
+"""TransformStamped-like messages to 4x4 matrices and back; imports no ROS."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from idem_ros.core.exceptions import InvalidTransform
+
+SMALLEST_NORM = 1e-6
+
+
+def stamp_ns(message):
+    """Return the header's stamp [ns] of a message."""
+    stamp = message.header.stamp
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+def matrix_of(message):
+    """Return the (4, 4) transform of a TransformStamped: child frame in header frame.
+
+    Args:
+        message: an object with the fields of geometry_msgs/TransformStamped; its quaternion
+            is normalised.
+
+    Raises:
+        InvalidTransform: a value is not finite, or the quaternion is zero.
+    """
+    t, q = message.transform.translation, message.transform.rotation
+    translation = np.array([t.x, t.y, t.z], dtype=np.float64)
+    quaternion = np.array([q.x, q.y, q.z, q.w], dtype=np.float64)
+    if not (np.isfinite(translation).all() and np.isfinite(quaternion).all()):
+        raise InvalidTransform(
+            f'the transform is not finite: translation {translation}, quaternion {quaternion}'
+        )
+    norm = np.linalg.norm(quaternion)
+    if norm < SMALLEST_NORM:
+        raise InvalidTransform(
+            f'the quaternion (x, y, z, w) is {quaternion}; it must have length 1 '
+            '(0 0 0 1 for no rotation)'
+        )
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(quaternion / norm).as_matrix()
+    matrix[:3, 3] = translation
+    return matrix
+
+
+def translation_and_quaternion(matrix):
+    """Return ((x, y, z), (qx, qy, qz, qw)) of a (4, 4) transform as Python floats."""
+    quaternion = Rotation.from_matrix(matrix[:3, :3]).as_quat(canonical=True)
+    return tuple(matrix[:3, 3].tolist()), tuple(quaternion.tolist())
