@@ -29,9 +29,9 @@ setup(
         'pypcd4',
         'tqdm',
     ],
-    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': ['pytest', 'hypothesis']},
+    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': ['pytest', 'hypothesis', 'ruff']},
     data_files=[
-        (f'share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
         (f'share/{PACKAGE}/config', glob('config/*')),

@@ -1,4 +1,4 @@
-"""The parameters of a registration, described once for the core, the node, the CLI and the docs."""
+"""The parameters of a registration, described once for core, node, CLI and docs."""
 
 import math
 from dataclasses import dataclass, field, fields

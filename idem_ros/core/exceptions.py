@@ -2,7 +2,7 @@
 
 
 class IdemError(Exception):
-    """Root of the family: the message names what was given, what is wrong and what would be right."""
+    """Root of the family: a message names what was given, what is wrong, what would be right."""
 
 
 class InvalidCloud(IdemError):

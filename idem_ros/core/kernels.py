@@ -9,6 +9,7 @@ TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimen
 MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
 # A pair at exactly r (points on a lattice) must not be decided by the last bit.
 TIE = 1.0 + 1e-12
+NOTHING = (0.0,) * 10
 
 
 @njit(**JIT)
@@ -18,25 +19,20 @@ def ball_moments(px, py, pz, grid, r):
     A point that stands for several counts with its weight and its own scatter.
     Returns (k, dx, dy, dz, xx, xy, xz, yy, yz, zz).
     """
-    k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
+    m = NOTHING
     inverse_cell = 1.0 / grid.cell
     ix = np.int64(np.floor((px - grid.low[0]) * inverse_cell))
     iy = np.int64(np.floor((py - grid.low[1]) * inverse_cell))
     iz = np.int64(np.floor((pz - grid.low[2]) * inverse_cell))
-    none = (k, sx, sy, sz, xx, xy, xz, yy, yz, zz)
     if ix < -1 or iy < -1 or iz < -1:
-        return none
+        return m
     if ix > grid.extent[0] or iy > grid.extent[1] or iz > grid.extent[2]:
-        return none
+        return m
     r2 = r * r * TIE
     fy = py - grid.low[1] - iy * grid.cell
     fz = pz - grid.low[2] - iz * grid.cell
-    mask_x = (1 << grid.bits[0]) - 1
-    mask_y = (1 << grid.bits[1]) - 1
-    mask_z = (1 << grid.bits[2]) - 1
+    mask_x, mask_y, mask_z = _masks(grid.bits)
     first, last = (ix - 1) & mask_x, (ix + 1) & mask_x
-    start, points, weight, scatter = grid.start, grid.points, grid.weight, grid.scatter
-    has_scatter = scatter.shape[0] > 0
     for oz in range(-1, 2):
         gap_z = fz if oz < 0 else (grid.cell - fz if oz > 0 else 0.0)
         for oy in range(-1, 2):
@@ -44,41 +40,66 @@ def ball_moments(px, py, pz, grid, r):
             if gap_y * gap_y + gap_z * gap_z > r2:
                 continue
             row = ((((iz + oz) & mask_z) << grid.bits[1]) | ((iy + oy) & mask_y)) << grid.bits[0]
-            # One run of memory, or two where the three cells lie across the end of the period.
-            for part in range(2):
-                if first < last:
-                    if part == 1:
-                        break
-                    begin, end = start[row + first], start[row + last + 1]
-                elif part == 0:
-                    begin, end = start[row + first], start[row + mask_x + 1]
-                else:
-                    begin, end = start[row], start[row + last + 1]
-                for j in range(begin, end):
-                    dx = points[j, 0] - px
-                    dy = points[j, 1] - py
-                    dz = points[j, 2] - pz
-                    if dx * dx + dy * dy + dz * dz > r2:
-                        continue
-                    w = weight[j]
-                    k += w
-                    sx += w * dx
-                    sy += w * dy
-                    sz += w * dz
-                    xx += w * dx * dx
-                    xy += w * dx * dy
-                    xz += w * dx * dz
-                    yy += w * dy * dy
-                    yz += w * dy * dz
-                    zz += w * dz * dz
-                    if has_scatter:
-                        xx += scatter[j, 0]
-                        xy += scatter[j, 1]
-                        xz += scatter[j, 2]
-                        yy += scatter[j, 3]
-                        yz += scatter[j, 4]
-                        zz += scatter[j, 5]
+            begin, end = grid.start[row + first], grid.start[row + last + 1]
+            if first > last:  # the three cells lie across the end of the period
+                m = _plus(m, _run_moments(grid.start[row], end, px, py, pz, grid, r2))
+                end = grid.start[row + mask_x + 1]
+            m = _plus(m, _run_moments(begin, end, px, py, pz, grid, r2))
+    return m
+
+
+@njit(**JIT)
+def _masks(bits):
+    return (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
+
+
+@njit(**JIT)
+def _run_moments(begin, end, px, py, pz, grid, r2):
+    """Sum moments over a run of the grid's points, of those within r of p."""
+    k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
+    points, weight, scatter = grid.points, grid.weight, grid.scatter
+    has_scatter = scatter.shape[0] > 0
+    for j in range(begin, end):
+        dx = points[j, 0] - px
+        dy = points[j, 1] - py
+        dz = points[j, 2] - pz
+        if dx * dx + dy * dy + dz * dz > r2:
+            continue
+        w = weight[j]
+        k += w
+        sx += w * dx
+        sy += w * dy
+        sz += w * dz
+        xx += w * dx * dx
+        xy += w * dx * dy
+        xz += w * dx * dz
+        yy += w * dy * dy
+        yz += w * dy * dz
+        zz += w * dz * dz
+        if has_scatter:
+            xx += scatter[j, 0]
+            xy += scatter[j, 1]
+            xz += scatter[j, 2]
+            yy += scatter[j, 3]
+            yz += scatter[j, 4]
+            zz += scatter[j, 5]
     return (k, sx, sy, sz, xx, xy, xz, yy, yz, zz)
+
+
+@njit(**JIT)
+def _plus(a, b):
+    return (
+        a[0] + b[0],
+        a[1] + b[1],
+        a[2] + b[2],
+        a[3] + b[3],
+        a[4] + b[4],
+        a[5] + b[5],
+        a[6] + b[6],
+        a[7] + b[7],
+        a[8] + b[8],
+        a[9] + b[9],
+    )
 
 
 @njit(**JIT)
@@ -165,23 +186,13 @@ def _row_times(a, b, c, xx, xy, xz, yy, yz, zz):
 @njit(**JIT)
 def joined(own, i, cross):
     """Add the own moments of centre i and the moments of the other cloud around it."""
-    return (
-        own[i, 0] + cross[0],
-        own[i, 1] + cross[1],
-        own[i, 2] + cross[2],
-        own[i, 3] + cross[3],
-        own[i, 4] + cross[4],
-        own[i, 5] + cross[5],
-        own[i, 6] + cross[6],
-        own[i, 7] + cross[7],
-        own[i, 8] + cross[8],
-        own[i, 9] + cross[9],
-    )
+    m = own[i]
+    return _plus((m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9]), cross)
 
 
 @njit(**JIT)
 def entropy_difference(centres, own, h_own, grid, R, t, r, scale, q, cross):
-    """Eq. 7 for the centres of one cloud: q_i = h_joint - h_own, and the other's points in reach."""
+    """Eq. 7 for one cloud's centres: q_i = h_joint - h_own, and the other's points in reach."""
     for i in range(centres.shape[0]):
         m = cross_moments(centres[i], grid, R, t, r)
         cross[i] = m[0]

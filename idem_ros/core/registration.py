@@ -110,7 +110,7 @@ def _solve_stage(target, source, T_target_source, radius, config):
 
 
 def _linearize_both(target, source, T_target_source, radius, length_scale):
-    """Gradient and matrix of q_tot: the source moves around the target's points, and conversely."""
+    """Gradient and matrix of q_tot: the source moves around the target, and conversely."""
     T_source_target = se3.inverse(T_target_source)
     gradient, matrix = _linearize_side(target, source, T_target_source, radius, length_scale)
     there = _linearize_side(source, target, T_source_target, radius, length_scale)
@@ -139,7 +139,7 @@ def _result(judged, solution, radius, iterations, config):
     within = int(np.count_nonzero(reach_t) + np.count_nonzero(reach_s))
     if within == 0:
         status = Status.NO_OVERLAP
-    elif not solution.matrix.any():
+    elif solution.free:
         status = Status.DEGENERATE
     else:
         status = Status.CONVERGED if solution.converged else Status.MAX_ITERATIONS

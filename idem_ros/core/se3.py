@@ -12,7 +12,7 @@ def checked_transform(transform, name='T_target_source'):
     """Return a rigid transform as (4, 4) float64, its rotation made exactly orthonormal.
 
     Args:
-        transform: (4, 4) homogeneous matrix; its rotation may be off by 1e-3 (a pose file's digits).
+        transform: (4, 4) homogeneous matrix; its rotation may be off by 1e-3 (rounded digits).
         name: what the message calls it.
 
     Raises:
@@ -57,7 +57,7 @@ def transform_points(transform, points):
 
 
 def exp(twist):
-    """Return the (4, 4) motion of the twist (omega, v), (6,): rotation first, [rad] then [length]."""
+    """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
     omega, v = twist[:3], twist[3:]
     angle = np.linalg.norm(omega)
     hat = skew(omega)

@@ -17,6 +17,7 @@ class Solution(NamedTuple):
     matrix: np.ndarray  # (6, 6) Gauss-Newton matrix there, twist (omega, v)
     iterations: int
     converged: bool
+    free: int  # directions without stiffness, left as they were
 
 
 def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, distance_tolerance):
@@ -32,7 +33,7 @@ def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, di
     relaxation, last = OVER_RELAXATION, None
     for iteration in range(1, max_iterations + 1):
         gradient, matrix = linearize(transform)
-        step = -_solve(matrix, gradient)
+        step, free = _solve(matrix, gradient)
         if last is not None and step @ matrix @ last < 0:  # swings: members enter and leave
             relaxation = max(0.7 * relaxation, 0.2)
         transform = se3.exp(relaxation * step) @ transform
@@ -41,17 +42,18 @@ def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, di
             np.linalg.norm(step[:3]) <= rotation_tolerance
             and np.linalg.norm(step[3:]) <= distance_tolerance
         ):
-            return Solution(transform, matrix, iteration, True)
-    return Solution(transform, matrix, max_iterations, False)
+            return Solution(transform, matrix, iteration, True, free)
+    return Solution(transform, matrix, max_iterations, False, free)
 
 
 def _solve(matrix, gradient):
-    """Solve for the step; directions without stiffness, scaled to their units, do not move."""
+    """Return the step down, and the number of directions too loose for one.
+
+    Rotations and translations are scaled to the same stiffness first.
+    """
     diagonal = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    if not diagonal.any():
-        return np.zeros(6)
     scale = 1.0 / np.where(diagonal > 0, diagonal, 1.0)
     stiffness, axes = np.linalg.eigh(matrix * np.outer(scale, scale))
-    firm = stiffness > LEAST_STIFFNESS * stiffness[-1]
+    firm = stiffness > LEAST_STIFFNESS * max(stiffness[-1], 0.0)
     along = axes.T @ (scale * gradient)
-    return scale * (axes[:, firm] @ (along[firm] / stiffness[firm]))
+    return -scale * (axes[:, firm] @ (along[firm] / stiffness[firm])), int(6 - firm.sum())

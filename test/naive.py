@@ -1,0 +1,79 @@
+"""Slow twins, written from the equations with plain loops; they share no code with core."""
+
+import math
+
+import numpy as np
+
+
+def ball(points, centre, radius):
+    return points[np.linalg.norm(points - centre, axis=1) <= radius]
+
+
+def entropy(members, scale=1.0):
+    """Eq. 4, in three dimensions, Sigma divided by k."""
+    if len(members) <= 3:
+        return 0.0
+    deviations = (members - members.mean(axis=0)) / scale
+    sigma = deviations.T @ deviations / len(members)
+    return 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * max(np.linalg.det(sigma), 0.0))
+
+
+def q_per_point(target, source_in_target, radius, scale):
+    """Eq. 7, for the points of the target and then of the source."""
+    joint = np.vstack([target, source_in_target])
+    own = [target] * len(target) + [source_in_target] * len(source_in_target)
+    return np.array(
+        [
+            entropy(ball(joint, p, radius), scale) - entropy(ball(cloud, p, radius), scale)
+            for p, cloud in zip(joint, own, strict=True)
+        ]
+    )
+
+
+def fourth_neighbor_distance(points):
+    return np.mean([np.sort(np.linalg.norm(points - p, axis=1))[4] for p in points])
+
+
+def search_radius(target, source, a):
+    n_t, n_s = len(target), len(source)
+    r_t, r_s = fourth_neighbor_distance(target), fourth_neighbor_distance(source)
+    return a * (r_t * n_s / (n_t + n_s) + r_s * n_t / (n_t + n_s))
+
+
+def moments(points, weight, scatter, centre, radius):
+    """Sums of weight, d and d d^T (+ scatter) over a ball, one point at a time."""
+    k, s, outer = 0.0, np.zeros(3), np.zeros((3, 3))
+    for p, w, c in zip(points, weight, scatter, strict=True):
+        d = p - centre
+        if np.linalg.norm(d) <= radius:
+            k, s, outer = k + w, s + w * d, outer + w * np.outer(d, d) + symmetric(c)
+    return k, s, outer
+
+
+def symmetric(upper):
+    xx, xy, xz, yy, yz, zz = upper
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def voxels(points, size):
+    """Mean, count and scatter of each occupied voxel, by the voxel's indices."""
+    cells = np.floor((points - points.min(axis=0)) / size).astype(int)
+    found = {}
+    for cell in {tuple(c) for c in cells}:
+        members = points[(cells == cell).all(axis=1)]
+        deviations = members - members.mean(axis=0)
+        found[cell] = (members.mean(axis=0), len(members), deviations.T @ deviations)
+    return found
+
+
+def held_q(centres, fixed, moving, scale, noise=0.0):
+    """Sum of joint entropies with the members of each ball held: lists of arrays, one a centre."""
+    total = 0.0
+    for i in range(len(centres)):
+        members = np.vstack([fixed[i], moving[i]])
+        if len(moving[i]) == 0 or len(members) <= 3:
+            continue
+        deviations = members - members.mean(axis=0)
+        sigma = deviations.T @ deviations / len(members) + noise * np.eye(3)
+        total += 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * np.linalg.det(sigma) / scale**6)
+    return total

@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+from clouds import motion
+from scipy.linalg import expm
+
+from idem_ros.core import se3
+
+
+def generator(twist):
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3], matrix[:3, 3] = se3.skew(twist[:3]), twist[3:]
+    return matrix
+
+
+@pytest.mark.parametrize('size', [0.0, 1e-9, 1e-5, 2e-4, 0.1, 3.0])
+def test_exp_is_the_matrix_exponential(rng, size):
+    twist = size * rng.normal(size=6)
+    np.testing.assert_allclose(se3.exp(twist), expm(generator(twist)), atol=1e-13)
+
+
+def test_inverse_undoes_a_motion(rng):
+    T = motion(rng, 77, 3)
+    np.testing.assert_allclose(se3.inverse(T) @ T, np.eye(4), atol=1e-15)
+
+
+def test_the_adjoint_takes_a_twist_through_a_transform(rng):
+    T, twist = motion(rng, 77, 3), rng.normal(size=6) * 0.1
+    np.testing.assert_allclose(
+        se3.exp(se3.adjoint(T) @ twist), T @ se3.exp(twist) @ se3.inverse(T), atol=1e-13
+    )
+
+
+def test_a_rotation_with_few_digits_is_made_orthonormal(rng):
+    T = motion(rng, 30, 1)
+    checked = se3.checked_transform(np.round(T, 4))
+    np.testing.assert_allclose(checked[:3, :3] @ checked[:3, :3].T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(checked, T, atol=2e-4)
