@@ -115,7 +115,9 @@ class Pairing:
                 waiting.append(source)
                 continue
             pair = Pair(self._target_for(stamp_ns(source)), source, guess)
-            reason = _contradiction(pair)
+            reason = frame_contradiction(
+                'guess', guess, pair.target.header.frame_id, source.header.frame_id
+            )
             if reason:
                 self.refused += 1
                 self._refusals.append(Refusal(pair.stamp, reason))
@@ -144,16 +146,25 @@ class Pairing:
             del self._guesses[later]
 
 
-def _contradiction(pair):
-    """Say which frames of a pair contradict each other; empty where none do."""
+def frame_contradiction(name, transform, target_frame, source_frame):
+    """Say which frames of a transform and its clouds contradict each other.
+
+    Args:
+        name: what the message calls the transform.
+        transform: a TransformStamped-like message, source in target frame.
+        target_frame, source_frame: frames of the clouds; an empty one contradicts nothing.
+
+    Returns:
+        A sentence; empty where nothing contradicts.
+    """
     borders = (
-        ('frame_id', pair.guess.header.frame_id, 'target', pair.target.header.frame_id),
-        ('child_frame_id', pair.guess.child_frame_id, 'source', pair.source.header.frame_id),
+        ('frame_id', transform.header.frame_id, 'target', target_frame),
+        ('child_frame_id', transform.child_frame_id, 'source', source_frame),
     )
-    for name, of_guess, role, of_cloud in borders:
-        if of_guess and of_cloud and of_guess.lstrip('/') != of_cloud.lstrip('/'):
+    for key, of_transform, role, of_cloud in borders:
+        if of_transform and of_cloud and of_transform.lstrip('/') != of_cloud.lstrip('/'):
             return (
-                f'the guess has {name} {of_guess!r}, but the {role} cloud is in frame '
+                f'the {name} has {key} {of_transform!r}, but the {role} cloud is in frame '
                 f'{of_cloud!r}; they must be the same'
             )
     return ''

@@ -1,0 +1,45 @@
+"""The command `idem`: registration of point clouds from files and recordings."""
+
+import argparse
+import os
+import sys
+
+from idem_ros.commands import bag, register, replay
+from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
+from idem_ros.core.exceptions import IdemError
+
+COMMANDS = (register, bag, replay)
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        """Say in one line what is wrong, where argparse prints the whole usage first."""
+        self.exit(USAGE, f'{self.prog}: error: {message} (see {self.prog} --help)\n')
+
+
+def main(argv=None):
+    """Run `idem` with the given arguments (None: those of the process); return its exit code."""
+    args = _parser().parse_args(argv)
+    try:
+        return args.run(args)
+    except IdemError as error:
+        print(f'idem: error: {error}', file=sys.stderr)
+        return USAGE if isinstance(error, UsageError) else DATA
+    except KeyboardInterrupt:
+        print('idem: interrupted', file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output went away: `idem ... | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DATA
+
+
+def _parser():
+    parser = _Parser(prog='idem', description='Fine registration of point clouds by entropy.')
+    subparsers = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    for command in COMMANDS:
+        command.add_parser(subparsers)
+    return parser
+
+
+if __name__ == '__main__':
+    sys.exit(main())

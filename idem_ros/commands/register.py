@@ -1,0 +1,77 @@
+"""`idem register`: refine the pose of one cloud file in the frame of another."""
+
+from idem_ros.commands.exit_codes import OK
+from idem_ros.commands.options import add_config_options, config_from
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'register',
+        help='register one cloud file to another',
+        description='Refine the pose of SOURCE in the frame of TARGET.',
+    )
+    parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
+    parser.add_argument('source', metavar='SOURCE', help='cloud file')
+    parser.add_argument(
+        '--guess',
+        metavar='FILE',
+        help='pose of SOURCE to start from: a 4x4 matrix or one TUM line (default: identity)',
+    )
+    parser.add_argument('--out', metavar='FILE', help='write the refined pose, a 4x4 matrix')
+    parser.add_argument('--json', action='store_true', help='print the result as JSON')
+    add_config_options(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Register, print and write."""
+    from idem_ros.atomic_file import require_writable
+    from idem_ros.cloud_files import read_cloud
+    from idem_ros.core import register
+    from idem_ros.pose_files import read_pose, write_pose
+
+    config = config_from(args)
+    if args.out:
+        require_writable(args.out)
+    guess = read_pose(args.guess) if args.guess else None
+    result = register(read_cloud(args.target), read_cloud(args.source), guess, config)
+    if args.out:
+        write_pose(args.out, result.T_target_source)
+    print(_json(args, result) if args.json else _text(result))
+    return OK
+
+
+def _json(args, result):
+    import json
+
+    return json.dumps(
+        {
+            'target': args.target,
+            'source': args.source,
+            'T_target_source': result.T_target_source.tolist(),
+            'status': result.status.value,
+            'converged': bool(result.converged),
+            'iterations': result.iterations,
+            'q_tot': result.q_tot,
+            'q_mean': result.q_mean,
+            'overlap': result.overlap,
+            'radius': result.radius,
+            'information': result.information.tolist(),
+        },
+        indent=2,
+        allow_nan=False,
+    )
+
+
+def _text(result):
+    rows = (' '.join(f'{number:16.9f}' for number in row) for row in result.T_target_source)
+    return '\n'.join(
+        [
+            'T_target_source:',
+            *rows,
+            f'{result.status.value} after {result.iterations} iterations: '
+            f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
+            f'overlap {result.overlap:.1%}, radius {result.radius:.6g}',
+        ]
+    )

@@ -1,0 +1,79 @@
+"""Poses as text: a 4x4 matrix, or TUM lines of stamp, translation and quaternion."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from idem_ros.atomic_file import replacing
+from idem_ros.core.exceptions import IdemError
+from idem_ros.core.se3 import checked_transform
+from idem_ros.transform_message import translation_and_quaternion
+
+EXPECTED = 'four rows of four numbers, or one line t x y z qx qy qz qw'
+
+
+class UnreadablePose(IdemError):
+    """A file that holds no pose that can be read."""
+
+
+def read_pose(path):
+    """Read one rigid transform from a text file.
+
+    Args:
+        path: a 4x4 matrix as `np.savetxt` writes it, or one TUM line `t x y z qx qy qz qw`.
+
+    Returns:
+        (4, 4) float64, its rotation made exactly orthonormal.
+
+    Raises:
+        UnreadablePose: no such file, other content, or a matrix that is no rigid transform.
+    """
+    path = Path(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore')  # an empty file is reported below, in one line
+            numbers = np.loadtxt(path, ndmin=2)
+    except OSError as error:
+        raise UnreadablePose(f'{path} cannot be read: {error.strerror or error}') from error
+    except ValueError as error:
+        reason = ' '.join(str(error).split())
+        raise UnreadablePose(f'{path} is no pose; it must hold {EXPECTED}: {reason}') from error
+    try:
+        return checked_transform(_matrix(numbers, path), 'the matrix')
+    except IdemError as error:
+        raise type(error)(f'{path}: {error}') from error
+
+
+def write_pose(path, transform):
+    """Write a (4, 4) transform as four rows of numbers, every digit kept."""
+    with replacing(path) as temporary:
+        np.savetxt(temporary, transform)
+
+
+def write_tum(path, stamps, transforms):
+    """Write (4, 4) transforms as TUM lines; stamps in nanoseconds."""
+    with replacing(path) as temporary:
+        temporary.write_text(''.join(map(_tum_line, stamps, transforms)))
+
+
+def _tum_line(stamp, transform):
+    seconds, nanoseconds = divmod(int(stamp), 10**9)
+    translation, quaternion = translation_and_quaternion(transform)
+    numbers = ' '.join(f'{number:.12f}' for number in (*translation, *quaternion))
+    return f'{seconds}.{nanoseconds:09d} {numbers}\n'
+
+
+def _matrix(numbers, path):
+    if numbers.shape == (4, 4):
+        return numbers
+    if numbers.shape != (1, 8):
+        raise UnreadablePose(f'it holds numbers of shape {numbers.shape}; it must hold {EXPECTED}')
+    quaternion = numbers[0, 4:]
+    if not np.isfinite(quaternion).all() or np.linalg.norm(quaternion) < 1e-6:
+        raise UnreadablePose(f'its quaternion {quaternion} is no rotation')
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    matrix[:3, 3] = numbers[0, 1:4]
+    return matrix

@@ -1,0 +1,37 @@
+"""What a replay found, as the messages that the live node would have published."""
+
+from idem_ros.diagnostics import level, refinement_values
+from idem_ros.recording.messages import diagnostics_message, transform_message
+
+TRANSFORM_TOPIC = '/idem_node/transform'
+DIAGNOSTICS_TOPIC = '/diagnostics'
+COMPONENT = 'idem_node: registration'
+
+
+def result_messages(frames):
+    """Yield (topic, log time, message) of each `Frame`: its transform, then its diagnostics.
+
+    Log times are those of the inputs, pushed apart where they coincide: of equal ones no format
+    keeps the order.
+    """
+    free = 0
+    for frame in frames:
+        log_time = max(free, frame.log_time)
+        free = log_time + 2
+        refinement = frame.refinement
+        result, stamp = refinement.result, refinement.stamp
+        yield (
+            TRANSFORM_TOPIC,
+            log_time,
+            transform_message(
+                result.T_target_source, stamp, refinement.target_frame, refinement.source_frame
+            ),
+        )
+        # a replay drops no input
+        values = refinement_values(refinement, dropped=0)
+        text = result.status.value
+        yield (
+            DIAGNOSTICS_TOPIC,
+            log_time + 1,
+            diagnostics_message(COMPONENT, level(refinement), text, values, stamp),
+        )
