@@ -34,7 +34,8 @@ class LatestOnlyWorker:
         self._newest: Any = _NOTHING
         self._stopping = False
         self._dropped = 0
-        self._thread = threading.Thread(target=self._run, name='idem_worker')
+        # daemon: an interpreter that a signal ends before `stop` could be called must not hang
+        self._thread = threading.Thread(target=self._run, name='idem_worker', daemon=True)
         self._thread.start()
 
     @property

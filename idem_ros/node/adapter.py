@@ -1,0 +1,157 @@
+"""The node: topics in, pairing, a worker thread that refines, topics out."""
+
+import traceback
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TransformStamped
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Float64
+
+from idem_ros import diagnostics
+from idem_ros.core import IdemError, RegistrationConfig, warm_up
+from idem_ros.node.messages import diagnostics_message, q_tot_message, transform_message
+from idem_ros.node.parameters import declare_parameters, read_config
+from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.node.worker import LatestOnlyWorker
+from idem_ros.pairing import Pair, Pairing
+from idem_ros.refinement import Refinement, Refiner
+
+NAME = 'idem_node'
+RESULTS_KEPT = 10
+REPORT_PERIOD = 1.0  # [s]
+LEVELS = (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+
+
+class RegistrationNode(Node):
+    """Refines the guess between the newest target and source; see the README for its topics.
+
+    The callbacks only pair messages: clouds are converted and registered in a worker thread,
+    which publishes what comes of it. A refused input becomes a diagnostic; the node lives on.
+
+    Args:
+        node_options: as `rclpy.node.Node` takes them.
+
+    Raises:
+        InvalidConfig: a parameter it was started with cannot be used.
+    """
+
+    def __init__(self, **node_options):
+        super().__init__(NAME, **node_options)
+        declare_parameters(self)
+        self._refiner = Refiner(read_config(self, RegistrationConfig))
+        subscription_config = read_config(self, SubscriptionConfig)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        self._pairing = Pairing()
+        self._has_reported = self._reported_lately = False
+        self._transforms = self.create_publisher(TransformStamped, '~/transform', RESULTS_KEPT)
+        self._q_tots = self.create_publisher(Float64, '~/q_tot', RESULTS_KEPT)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', RESULTS_KEPT)
+        warm_up()  # before there is a subscription: compiling holds the GIL for seconds
+        self._inputs = self._subscribe(subscription_config)
+        wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
+        self.create_timer(REPORT_PERIOD, self._report_waiting, clock=wall)
+        self._worker = LatestOnlyWorker(self._refine, self._publish, self._refuse)
+        topics = ', '.join(subscription.topic_name for subscription in self._inputs.values())
+        self.get_logger().info(f'ready: listens to {topics}')
+
+    def destroy_node(self):
+        """Let the refinement under way end, join the worker, and destroy the node."""
+        self._worker.stop()
+        super().destroy_node()
+
+    def _subscribe(self, config: SubscriptionConfig) -> dict:
+        reliability = ReliabilityPolicy[config.reliability.upper()]
+        quality = QoSProfile(depth=config.depth, reliability=reliability)
+        target_quality = quality
+        if config.target_durability == 'transient_local':
+            target_quality = QoSProfile(  # DDS sends what was published before reliably only
+                depth=config.depth,
+                reliability=ReliabilityPolicy.RELIABLE,
+                durability=DurabilityPolicy.TRANSIENT_LOCAL,
+            )
+        inputs = (
+            ('target', PointCloud2, self._pairing.add_target, target_quality),
+            ('source', PointCloud2, self._pairing.add_source, quality),
+            ('initial_guess', TransformStamped, self._pairing.add_guess, quality),
+        )
+        return {
+            name: self.create_subscription(kind, f'~/{name}', self._pairs_of(add), qos)
+            for name, kind, add, qos in inputs
+        }
+
+    def _pairs_of(self, add):
+        def on_message(message):
+            for pair in add(message):
+                self._worker.submit(pair)
+            for refusal in self._pairing.take_refusals():
+                self._report_refused(refusal.reason, refusal.stamp)
+
+        return on_message
+
+    def _refine(self, pair: Pair) -> Refinement:
+        return self._refiner.refine(pair)
+
+    def _publish(self, pair: Pair, refinement: Refinement) -> None:
+        if not self.context.ok():
+            return
+        self._transforms.publish(transform_message(refinement))
+        self._q_tots.publish(q_tot_message(refinement))
+        values = diagnostics.refinement_values(refinement, self._dropped())
+        level = LEVELS[diagnostics.level(refinement)]
+        self._report(level, refinement.result.status.value, values, refinement.stamp)
+
+    def _refuse(self, pair: Pair, error: Exception) -> None:
+        if not self.context.ok():  # shutting down; publishing is what failed
+            return
+        if isinstance(error, IdemError):
+            self._report_refused(str(error), pair.stamp)
+            return
+        self.get_logger().error(''.join(traceback.format_exception(error)))
+        self._report_refused(f'unexpected {type(error).__name__}: {error}', pair.stamp)
+
+    def _report_refused(self, reason: str, stamp: int) -> None:
+        self.get_logger().warning(f'refused: {reason}', throttle_duration_sec=REPORT_PERIOD)
+        values = {'status': 'refused', 'dropped': self._dropped()}
+        self._report(DiagnosticStatus.ERROR, reason, values, stamp)
+
+    def _report_waiting(self) -> None:
+        """Say which input is missing, where nothing else was reported for a period."""
+        if not self._reported_lately:
+            missing = self._pairing.waiting_for()
+            topics = [
+                f'{each.topic_name} has {self.count_publishers(each.topic_name)} publishers'
+                for name, each in self._inputs.items()
+                if name in missing.split(' and ')
+            ]
+            text = f'waiting for {missing} ({", ".join(topics)})'
+            level = DiagnosticStatus.WARN if self._has_reported else DiagnosticStatus.STALE
+            values = {'status': 'waiting', 'dropped': self._dropped()}
+            now = self.get_clock().now().nanoseconds
+            self._diagnostics.publish(diagnostics_message(self._task(), level, text, values, now))
+        self._reported_lately = False
+
+    def _report(self, level: bytes, text: str, values: dict, stamp: int) -> None:
+        self._has_reported = self._reported_lately = True
+        message = diagnostics_message(self._task(), level, text, values, stamp)
+        self._diagnostics.publish(message)
+
+    def _task(self) -> str:
+        return f'{self.get_name()}: registration'
+
+    def _dropped(self) -> int:
+        return self._pairing.dropped + self._worker.dropped
+
+    def _check_parameters(self, changed) -> SetParametersResult:
+        try:
+            read_config(self, RegistrationConfig, changed)
+        except IdemError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, changed) -> None:
+        self._refiner = Refiner(read_config(self, RegistrationConfig))

@@ -1,0 +1,82 @@
+"""Run the node as a process: `ros2 run idem_ros idem_node`."""
+
+import argparse
+import signal
+import sys
+
+USAGE_ERROR = 2
+LONGEST_WAIT = 0.1  # [s] from a signal to the end of an idle node
+DESCRIPTION = (
+    'Refine the pose of a source cloud in a target cloud, live, from an initial guess. '
+    'Topics are remapped and parameters set with --ros-args, such as: '
+    '--ros-args -r ~/source:=/lidar/points -p voxel_size:=0.5'
+)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Refine clouds until SIGINT or SIGTERM.
+
+    Args:
+        args: command line with the program's name; None for that of the process.
+
+    Returns:
+        0, or 2 where an argument or a parameter cannot be used (one line on stderr says why).
+    """
+    is_starting, is_ending = True, False
+
+    def end(signum, frame):
+        nonlocal is_ending
+        is_ending = True
+        if is_starting:
+            raise SystemExit(0)
+
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(signum, end)
+
+    # late, with the handler in place: importing and compiling take seconds
+    import rclpy
+    from rclpy.exceptions import NameValidationException
+    from rclpy.executors import SingleThreadedExecutor
+    from rclpy.signals import SignalHandlerOptions
+
+    from idem_ros.core import IdemError
+    from idem_ros.node.adapter import RegistrationNode
+
+    node = None
+    try:
+        _refuse_own_arguments(args)
+        # rclpy's own handlers shut the context down under the executor, which then raises
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = RegistrationNode()
+        is_starting = False
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while not is_ending:
+            executor.spin_once(timeout_sec=LONGEST_WAIT)
+    except (IdemError, RuntimeError, NameValidationException) as error:
+        if node is not None:
+            raise
+        return _usage_error(error)
+    finally:
+        is_starting = False
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _refuse_own_arguments(args: list[str] | None) -> None:
+    from rclpy.utilities import remove_ros_args
+
+    parser = argparse.ArgumentParser('idem_node', description=DESCRIPTION)
+    parser.parse_args(remove_ros_args(args)[1:])
+
+
+def _usage_error(error: Exception) -> int:
+    reason = ' '.join(str(error).split()).split(', at /')[0]  # rcl appends its source lines
+    print(f'idem_node: error: {reason}', file=sys.stderr)
+    return USAGE_ERROR
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,77 @@
+"""The node as its own process: how it starts and how it ends."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+from live import LONG, own_environment, wait_for_line
+
+COMMAND = [sys.executable, '-m', 'idem_ros.node.registration_node']
+
+
+@pytest.fixture
+def start():
+    processes = []
+
+    def start(*arguments, command=COMMAND):
+        process = subprocess.Popen(
+            [*command, *arguments], env=own_environment(), stderr=subprocess.PIPE, text=True
+        )
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_the_node_with_exit_code_0_and_no_traceback(start, signum):
+    node = start()
+    wait_for_line(node.stderr, 'ready')
+    node.send_signal(signum)
+    _, errors = node.communicate(timeout=LONG)
+    assert (node.returncode, errors) == (0, '')
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
+def test_signal_during_start_up_ends_the_node_with_exit_code_0(start, signum):
+    # the interpreter reports each import as it is done: after this one, main() is under way
+    node = start(command=[sys.executable, '-X', 'importtime', *COMMAND[1:]])
+    wait_for_line(node.stderr, ' rclpy.')
+    node.send_signal(signum)
+    _, errors = node.communicate(timeout=LONG)
+    assert node.returncode == 0
+    assert 'Traceback' not in errors
+
+
+def test_sigint_ends_a_node_that_a_script_started_in_the_background(start):
+    # such a process inherits SIGINT ignored
+    node = start(command=['sh', '-c', 'trap "" INT; exec "$0" "$@"', *COMMAND])
+    wait_for_line(node.stderr, 'ready')
+    node.send_signal(signal.SIGINT)
+    node.communicate(timeout=LONG)
+    assert node.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'reason'),
+    [
+        (['--ros-args', '-p', 'a:=-1.0'], 'a is -1.0; it must be a finite number above 0'),
+        (['--ros-args', '-p', 'reliability:=best'], "reliability is 'best'; it must be one of"),
+        (['--ros-args', '-p', 'a'], "parse parameter override rule: '-p a'"),
+        (['--ros-args', '--params-file', 'absent.yaml'], 'absent.yaml'),
+        (['target.ply'], 'unrecognized arguments: target.ply'),
+    ],
+)
+def test_unusable_argument_ends_the_node_with_exit_code_2_and_one_line(start, arguments, reason):
+    node = start(*arguments)
+    _, errors = node.communicate(timeout=LONG)
+    own = [line for line in errors.splitlines() if line.startswith('idem_node: error: ')]
+    assert node.returncode == 2
+    assert len(own) == 1
+    assert reason in own[0]
+    assert 'Traceback' not in errors
