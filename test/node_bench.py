@@ -1,0 +1,113 @@
+"""The registration node between the publishers and subscriptions of a test."""
+
+import array
+
+from live import spin_until
+
+# isort: split
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TransformStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Float64
+
+from idem_ros.node.adapter import RegistrationNode
+from idem_ros.node.messages import time_message
+from idem_ros.pointcloud2 import pack_points
+from idem_ros.transform_message import stamp_ns, translation_and_quaternion
+
+
+def cloud_message(points, stamp, frame_id):
+    packed = pack_points(points, np.float64)
+    message = PointCloud2(
+        height=packed.height,
+        width=packed.width,
+        fields=[
+            PointField(name=name, offset=offset, datatype=datatype, count=count)
+            for name, offset, datatype, count in packed.fields
+        ],
+        is_bigendian=packed.is_bigendian,
+        point_step=packed.point_step,
+        row_step=packed.row_step,
+        data=array.array('B', packed.data.tobytes()),
+        is_dense=packed.is_dense,
+    )
+    message.header.frame_id = frame_id
+    message.header.stamp = time_message(stamp)
+    return message
+
+
+def guess_message(transform, stamp, frame_id='map', child_frame_id='lidar'):
+    message = TransformStamped(child_frame_id=child_frame_id)
+    message.header.frame_id = frame_id
+    message.header.stamp = time_message(stamp)
+    translation, quaternion = translation_and_quaternion(transform)
+    t, q = message.transform.translation, message.transform.rotation
+    t.x, t.y, t.z = translation
+    q.x, q.y, q.z, q.w = quaternion
+    return message
+
+
+class Bench:
+    """The node between publishers and subscriptions of a test."""
+
+    def __init__(self, context, target_qos=10, **parameters):
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        self.context, self.received = context, {'transform': [], 'q_tot': [], 'diagnostics': []}
+        self.other = Node('other', context=context)
+        self.target = self.other.create_publisher(PointCloud2, '/idem_node/target', target_qos)
+        self.source = self.other.create_publisher(PointCloud2, '/idem_node/source', 10)
+        self.guess = self.other.create_publisher(TransformStamped, '/idem_node/initial_guess', 10)
+        for topic, kind in {
+            '/idem_node/transform': TransformStamped,
+            '/idem_node/q_tot': Float64,
+            '/diagnostics': DiagnosticArray,
+        }.items():
+            kept = self.received[topic.rpartition('/')[2]]
+            self.other.create_subscription(kind, topic, kept.append, 50)
+        self.executor = SingleThreadedExecutor(context=context)
+        self.executor.add_node(self.other)
+        self.node = None
+        self.overrides = overrides
+
+    def start(self):
+        quality = {'reliability': 'reliable', 'depth': 20}
+        overrides = [Parameter(name, value=value) for name, value in quality.items()]
+        self.node = RegistrationNode(
+            context=self.context, parameter_overrides=overrides + self.overrides
+        )
+        self.executor.add_node(self.node)
+        self.until(lambda: all(p.get_subscription_count() for p in self.publishers()))
+        self.until(lambda: self.node.count_subscribers('/idem_node/transform'))
+        return self
+
+    def publishers(self):
+        return self.target, self.source, self.guess
+
+    def until(self, condition):
+        spin_until(self.executor, condition)
+
+    def statuses(self, word):
+        """The statuses whose value of `status` is a word, newest last."""
+        every = [message.status[0] for message in self.received['diagnostics']]
+        return [each for each in every if values_of(each).get('status') == word]
+
+    def transform_of(self, stamp):
+        def found():
+            return [m for m in self.received['transform'] if stamp_ns(m) == stamp]
+
+        self.until(found)
+        return found()[0]
+
+    def close(self):
+        self.executor.shutdown()
+        if self.node:
+            self.node.destroy_node()
+        self.other.destroy_node()
+
+
+def values_of(status):
+    return {each.key: each.value for each in status.values}

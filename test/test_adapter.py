@@ -1,0 +1,256 @@
+"""The node in this process: what comes out for what goes in."""
+
+import array
+
+import pytest
+from live import own_graph
+from node_bench import Bench, cloud_message, guess_message, values_of
+
+# isort: split
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from idem_ros.core import InvalidConfig, RegistrationConfig, register
+from idem_ros.core.se3 import exp, inverse, transform_points
+from idem_ros.transform_message import matrix_of, stamp_ns
+
+MS = 10**6
+FIRST = 1_700_000_000 * 10**9
+T_TRUTH = exp(np.array([0.0, 0.0, 0.02, 0.2, -0.1, 0.05]))
+
+
+@pytest.fixture(scope='module')
+def context():
+    with own_graph() as context:
+        yield context
+
+
+@pytest.fixture(scope='module')
+def clouds():
+    """A corner of three noisy planes, and the same seen from T_TRUTH."""
+    rng = np.random.default_rng(0)
+    uv = rng.uniform(0, 4, (3, 400, 2))
+    noise = rng.normal(0, 0.01, (3, 400, 1))
+    target = np.concatenate(
+        [
+            np.insert(plane, [axis], n, axis=1)
+            for axis, (plane, n) in enumerate(zip(uv, noise, strict=True))
+        ]
+    )
+    source = target[rng.permutation(len(target))[:1000]] + rng.normal(0, 0.005, (1000, 3))
+    return target, transform_points(inverse(T_TRUTH), source)
+
+
+@pytest.fixture
+def bench(context):
+    benches = []
+
+    def make(**options):
+        benches.append(Bench(context, **options))
+        return benches[-1]
+
+    yield make
+    for each in benches:
+        each.close()
+
+
+def send(bench, clouds, stamp, target=True):
+    if target:
+        bench.target.publish(cloud_message(clouds[0], stamp - 10 * MS, 'map'))
+    bench.source.publish(cloud_message(clouds[1], stamp, 'lidar'))
+    bench.guess.publish(guess_message(np.eye(4), stamp))
+
+
+def test_complete_input_gives_the_transform_that_the_core_gives(bench, clouds):
+    b = bench().start()
+    send(b, clouds, FIRST)
+    message = b.transform_of(FIRST)
+    assert (message.header.frame_id, message.child_frame_id) == ('map', 'lidar')
+    expected = register(*clouds, np.eye(4))
+    np.testing.assert_allclose(matrix_of(message), expected.T_target_source, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(matrix_of(message), T_TRUTH, rtol=0, atol=0.02)
+    b.until(lambda: b.received['q_tot'] and b.statuses('converged'))
+    assert b.received['q_tot'][0].data == pytest.approx(expected.q_tot, rel=1e-9)
+
+
+def test_diagnostics_of_a_result_bear_its_stamp_and_all_values(bench, clouds):
+    b = bench().start()
+    send(b, clouds, FIRST)
+    b.until(lambda: b.statuses('converged'))
+    (status,) = b.statuses('converged')
+    assert status.level == DiagnosticStatus.OK
+    assert status.name == 'idem_node: registration'
+    values = values_of(status)
+    assert list(values) == [
+        'q_tot', 'q_mean', 'overlap', 'radius', 'iterations', 'status', 'milliseconds', 'dropped',
+    ]  # fmt: skip
+    assert values['dropped'] == '0'
+    (message,) = [m for m in b.received['diagnostics'] if m.status[0] is status]
+    assert stamp_ns(message) == FIRST
+
+
+def test_one_target_serves_many_sources(bench, clouds):
+    b = bench().start()
+    send(b, clouds, FIRST)
+    b.transform_of(FIRST)
+    send(b, clouds, FIRST + 100 * MS, target=False)
+    again = b.transform_of(FIRST + 100 * MS)
+    np.testing.assert_allclose(matrix_of(again), T_TRUTH, rtol=0, atol=0.02)
+
+
+def test_latched_target_published_before_the_node_started_is_used(bench, clouds):
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    b = bench(target_qos=latched, target_durability='transient_local')
+    b.target.publish(cloud_message(clouds[0], FIRST - 10 * MS, 'map'))
+    b.start()
+    send(b, clouds, FIRST, target=False)
+    b.transform_of(FIRST)
+
+
+def unreadable_clouds():
+    good = np.random.default_rng(1).uniform(0, 1, (50, 3))
+
+    def without_x(message):
+        message.fields = [field for field in message.fields if field.name != 'x']
+
+    def too_wide(message):
+        message.width = 2**31
+
+    def cut_off(message):
+        message.data = array.array('B', message.data.tobytes()[:-1])
+
+    def unknown_datatype(message):
+        message.fields[0].datatype = 99
+
+    def no_step(message):
+        message.point_step = 0
+
+    def no_data(message):
+        message.data, message.width = array.array('B'), 0
+
+    reasons = {
+        without_x: 'x',
+        too_wide: 'bytes',
+        cut_off: 'bytes',
+        unknown_datatype: '99',
+        no_step: 'point_step',
+        no_data: 'no ',
+    }
+    return [
+        *(pytest.param(good, *item, id=item[0].__name__) for item in reasons.items()),
+        pytest.param(np.full((50, 3), np.nan), lambda message: None, 'usable', id='not_finite'),
+        pytest.param(np.zeros((50, 3)), lambda message: None, 'usable', id='all_zero'),
+    ]
+
+
+@pytest.mark.parametrize(('points', 'spoil', 'reason'), unreadable_clouds())
+def test_unreadable_source_is_refused_with_a_reason_and_the_next_one_served(
+    bench, clouds, points, spoil, reason
+):
+    b = bench().start()
+    bad = cloud_message(points, FIRST, 'lidar')
+    spoil(bad)
+    b.target.publish(cloud_message(clouds[0], FIRST - 10 * MS, 'map'))
+    b.source.publish(bad)
+    b.guess.publish(guess_message(np.eye(4), FIRST))
+    b.until(lambda: b.statuses('refused'))
+    (status,) = b.statuses('refused')
+    assert status.level == DiagnosticStatus.ERROR
+    assert status.message.startswith('source: ')
+    assert reason in status.message
+    assert b.received['transform'] == []
+    send(b, clouds, FIRST + 100 * MS, target=False)
+    b.transform_of(FIRST + 100 * MS)
+
+
+def test_unreadable_target_is_refused_and_the_next_one_served(bench, clouds):
+    b = bench().start()
+    bad = cloud_message(clouds[0], FIRST - 10 * MS, 'map')
+    bad.fields = []
+    b.target.publish(bad)
+    send(b, clouds, FIRST, target=False)
+    b.until(lambda: b.statuses('refused'))
+    assert b.statuses('refused')[0].message.startswith('target: ')
+    send(b, clouds, FIRST + 100 * MS)
+    b.transform_of(FIRST + 100 * MS)
+
+
+@pytest.mark.parametrize(
+    ('component', 'value', 'reason'),
+    [('x', float('nan'), 'not finite'), ('w', 0.0, 'quaternion')],
+)
+def test_unusable_guess_is_refused_and_the_next_one_served(
+    bench, clouds, component, value, reason
+):
+    b = bench().start()
+    bad = guess_message(np.eye(4), FIRST)
+    setattr(bad.transform.rotation, component, value)
+    b.target.publish(cloud_message(clouds[0], FIRST - 10 * MS, 'map'))
+    b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
+    b.guess.publish(bad)
+    b.until(lambda: b.statuses('refused'))
+    assert reason in b.statuses('refused')[0].message
+    send(b, clouds, FIRST + 100 * MS, target=False)
+    b.transform_of(FIRST + 100 * MS)
+
+
+def test_guess_between_other_frames_is_refused_with_both_names(bench, clouds):
+    b = bench().start()
+    b.target.publish(cloud_message(clouds[0], FIRST - 10 * MS, 'map'))
+    b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
+    b.guess.publish(guess_message(np.eye(4), FIRST, frame_id='odom'))
+    b.until(lambda: b.statuses('refused'))
+    (status,) = b.statuses('refused')
+    assert "'odom'" in status.message
+    assert "'map'" in status.message
+    assert b.received['transform'] == []
+
+
+def test_error_nobody_foresaw_is_reported_and_the_next_input_served(bench, clouds, monkeypatch):
+    b = bench().start()
+    refiner = b.node._refiner
+    monkeypatch.setattr(b.node, '_refiner', type('Broken', (), {'refine': lambda *_: 1 / 0})())
+    send(b, clouds, FIRST)
+    b.until(lambda: b.statuses('refused'))
+    assert 'ZeroDivisionError' in b.statuses('refused')[0].message
+    monkeypatch.setattr(b.node, '_refiner', refiner)
+    send(b, clouds, FIRST + 100 * MS)
+    b.transform_of(FIRST + 100 * MS)
+
+
+def test_node_says_which_inputs_it_waits_for(bench, clouds):
+    b = bench().start()
+    b.until(lambda: b.statuses('waiting'))
+    first = b.statuses('waiting')[0]
+    assert first.level == DiagnosticStatus.STALE
+    for name in ('target', 'source', 'initial_guess'):
+        assert f'/idem_node/{name} has 1 publishers' in first.message
+    b.target.publish(cloud_message(clouds[0], FIRST, 'map'))
+    b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
+    b.until(lambda: b.statuses('waiting')[-1].message.startswith('waiting for initial_guess ('))
+
+
+def test_parameter_changed_while_it_runs_holds_for_the_next_pair(bench, clouds):
+    b = bench().start()
+    (result,) = b.node.set_parameters([Parameter('max_iterations', value=1)])
+    assert result.successful
+    send(b, clouds, FIRST)
+    expected = register(*clouds, np.eye(4), RegistrationConfig(max_iterations=1))
+    np.testing.assert_allclose(
+        matrix_of(b.transform_of(FIRST)), expected.T_target_source, rtol=0, atol=1e-9
+    )
+
+
+def test_bad_parameter_is_refused_while_it_runs_and_the_old_value_kept(bench):
+    b = bench().start()
+    (result,) = b.node.set_parameters([Parameter('a', value=-1.0)])
+    assert not result.successful
+    assert 'a is -1.0; it must be' in result.reason
+    assert b.node.get_parameter('a').value == RegistrationConfig().a
+
+
+def test_bad_parameter_at_the_start_raises(bench):
+    with pytest.raises(InvalidConfig, match='length_scale'):
+        bench(length_scale='metre').start()
