@@ -60,14 +60,15 @@ def read_points(message):
         InvalidPointCloud2: its fields, sizes and data contradict each other, or none is usable.
     """
     try:
-        # a view: no copy of the message, and read-only so that nothing can write into it
         data = np.frombuffer(message.data, dtype=np.uint8)
     except (TypeError, ValueError, BufferError) as error:
         raise InvalidPointCloud2(f'its data is not a buffer of bytes: {error}') from error
     height, width, row_step = _checked_size(message, data.size)
     order = '>' if message.is_bigendian else '<'
+    coordinates = _coordinates(message)
+    # only now: three separate fields fit into a point, so the data bounds the number of points
     points = np.empty((height * width, 3))
-    for axis, (offset, dtype) in enumerate(_coordinates(message)):
+    for axis, (offset, dtype) in enumerate(coordinates):
         column = np.ndarray(
             (height, width), order + dtype, data, offset, (row_step, message.point_step)
         )

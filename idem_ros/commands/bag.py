@@ -4,6 +4,7 @@ from idem_ros.commands.exit_codes import OK, UsageError
 
 START = 10**9  # [ns]; a stamp of 0 would mean "timeless"
 STEP = 10**8  # [ns] between scans
+FINEST_STEP = 1e-5  # of a cloud's extent
 GUESS_DELAY, TRUTH_DELAY = 10**6, 2 * 10**6  # [ns]: of equal log times no format keeps the order
 
 
@@ -42,8 +43,8 @@ def run(args):
     truths = [read_pose(file) for file in args.truth]
     write_mcap(args.out, _messages(args.target, args.sources, guesses, truths))
     print(
-        f'{args.out}: 1 target, {len(args.sources)} sources, {len(guesses)} guesses, '
-        f'{len(truths)} truths'
+        f'{args.out}: target 1, sources {len(args.sources)}, '
+        f'guesses {len(guesses)}, truths {len(truths)}'
     )
     return OK
 
@@ -66,7 +67,13 @@ def _messages(target, sources, guesses, truths):
 
 
 def _cloud(path, stamp, frame_id):
+    import numpy as np
+
     from idem_ros.cloud_files import read_cloud
     from idem_ros.recording.messages import cloud_message
 
-    return cloud_message(read_cloud(path), stamp, frame_id)
+    points = read_cloud(path)
+    largest, extent = np.abs(points).max(), np.ptp(points, axis=0).max()
+    # float32 unless it would blur the cloud: at map coordinates (1e6 m) its step is 6 cm
+    is_fine = np.spacing(np.float32(largest)) <= FINEST_STEP * extent
+    return cloud_message(points, stamp, frame_id, np.float32 if is_fine else np.float64)

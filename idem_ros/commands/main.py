@@ -1,6 +1,7 @@
 """The command `idem`: registration of point clouds from files and recordings."""
 
 import argparse
+import logging
 import os
 import sys
 
@@ -20,8 +21,11 @@ class _Parser(argparse.ArgumentParser):
 def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
     args = _parser().parse_args(argv)
+    logging.basicConfig(format='idem: %(message)s')
     try:
-        return args.run(args)
+        code = args.run(args)
+        sys.stdout.flush()
+        return code
     except IdemError as error:
         print(f'idem: error: {error}', file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else DATA
