@@ -6,6 +6,7 @@ from idem_ros.atomic_file import replacing
 from idem_ros.recording.messages import typestore
 
 LIBRARY = 'idem_ros'  # the default names the version of the mcap package: not reproducible
+CHUNK = 2**18  # bytes; of a file cut off, what stands in its last chunk is lost
 OFFERED_QOS = """\
 - history: keep_last
   depth: 10
@@ -34,7 +35,7 @@ def write_mcap(path, messages):
         UnwritableFile: `path` cannot be written.
     """
     with replacing(path) as temporary, temporary.open('wb') as stream:
-        writer = Writer(stream, compression=CompressionType.NONE)
+        writer = Writer(stream, chunk_size=CHUNK, compression=CompressionType.NONE)
         writer.start(profile='ros2', library=LIBRARY)
         channels = {}
         for sequence, (topic, log_time, message) in enumerate(messages):
