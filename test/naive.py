@@ -77,3 +77,12 @@ def held_q(centres, fixed, moving, scale, noise=0.0):
         sigma = deviations.T @ deviations / len(members) + noise * np.eye(3)
         total += 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * np.linalg.det(sigma) / scale**6)
     return total
+
+
+def entropy_of_moments(positions, counts, within, scale, noise):
+    """Eq. 4 of raw points known by their means' positions, counts and summed scatter."""
+    mean = counts @ positions / counts.sum()
+    deviations = positions - mean
+    sigma = (deviations.T @ (counts[:, None] * deviations) + within) / counts.sum()
+    det = np.linalg.det(sigma + noise * np.eye(3)) / scale**6
+    return 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * det)

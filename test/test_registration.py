@@ -113,9 +113,9 @@ def test_a_prepared_target_is_not_prepared_again(pair):
     prepared = Cloud(target)
     config = RegistrationConfig(voxel_size=0.08)
     register(prepared, source, truth, config)
-    kept = prepared.voxel_means(0.08)
+    kept = prepared.reduced(0.08)
     register(prepared, source, truth, config)
-    assert prepared.voxel_means(0.08) is kept
+    assert prepared.reduced(0.08) is kept
 
 
 def test_information_is_in_ros_order_and_stiff_where_the_clouds_are(rng):

@@ -3,15 +3,17 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
+from numba import njit
 
 from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, build_grid
-from idem_ros.core.kernels import own_moments
+from idem_ros.core.jit import JIT
+from idem_ros.core.moments import own_moments
 from idem_ros.core.voxels import reduce_to_voxels
 
-KEPT = 8  # neighbourhoods kept a cloud: three stages of two schedules, and the judged one
-CELL_MARGIN = 1 + 1e-9  # a ball of the radius, ties included, reaches the next cell only
+KEPT = 8  # results kept of each kind: enough for two schedules of four stages
+UNIT = np.empty((0, 7))  # raw moments of points that stand for themselves
 
 
 class Neighbourhoods(NamedTuple):
@@ -19,19 +21,20 @@ class Neighbourhoods(NamedTuple):
 
     grid: Grid
     order: np.ndarray  # (N,): grid.points = points[order]
-    moments: np.ndarray  # (N, 10): k, sum d, sum d d^T
-    entropy: np.ndarray  # (N,): h of Eq. 4
+    raw: np.ndarray  # (N, 7) or (0, 7), in the same order
+    unit_own: np.ndarray  # (N, 10): k, sum d, sum d d^T of the points
+    raw_own: np.ndarray  # (N, 10): of the raw points that they stand for
+    entropy: np.ndarray  # (N,): h of Eq. 4, of the points
 
 
 class Cloud:
     """Points to register, with their own moments kept between calls.
 
     A target that does not change is made a `Cloud` once: later calls then cost nothing for it.
-    The points are copied, and must not be changed afterwards.
 
     Args:
-        points: (N, 3) real numbers, N >= 1, in any unit of length; rows that are not finite count
-            in `dropped` and are left out of everything.
+        points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
+            not finite count in `dropped` and are left out of everything.
 
     Raises:
         InvalidCloud: another shape, not numbers, or no finite point.
@@ -39,19 +42,17 @@ class Cloud:
 
     def __init__(self, points):
         points = _checked_points(points)
-        self.finite = np.isfinite(points).all(axis=1)
-        self.dropped = int(len(points) - self.finite.sum())
-        if not self.finite.any():
+        # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel.
+        self.origin, self.finite, kept = _centred(points)
+        self.dropped = len(points) - len(kept)
+        if len(kept) == 0:
             raise InvalidCloud(
                 f'the cloud has {len(points)} points and none is finite; at least one must be'
             )
-        points = points[self.finite]
-        # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel.
-        self.origin = points.mean(axis=0)
-        self._init_from(points - self.origin, np.ones(len(points)), np.empty((0, 6)))
+        self._init_from(kept, UNIT)
 
-    def _init_from(self, points, weight, scatter):
-        self.points, self.weight, self.scatter = points, weight, scatter
+    def _init_from(self, points, raw):
+        self.points, self.raw = points, raw
         self._fourth_neighbor_distance = None
         self._neighbourhoods = {}
         self._reduced = {}
@@ -70,52 +71,51 @@ class Cloud:
                     f'a cloud of {len(self)} points has no fourth neighbour; '
                     'give a radius, or at least 5 points'
                 )
-            distance, _ = KDTree(self.points, balanced_tree=False).query(self.points, k=[5])
-            self._fourth_neighbor_distance = float(distance.mean())
+            self._fourth_neighbor_distance = mean_fourth_neighbor_distance(self.points)
         return self._fourth_neighbor_distance
 
-    def neighbourhoods(self, radius, scale):
-        """Own moments and entropies at a radius, of lengths over a scale; computed once."""
-        key = (radius, scale)
+    def neighbourhoods(self, radius, scale, reach):
+        """Own moments and entropies at a radius, of lengths over a scale; computed once.
+
+        The grid serves balls up to the reach, at least the radius.
+        """
+        key = (radius, scale, reach)
         if key not in self._neighbourhoods:
-            grid, order = build_grid(self.points, self.weight, self.scatter, radius * CELL_MARGIN)
-            moments, entropy = np.empty((len(self), 10)), np.empty(len(self))
-            own_moments(grid, radius, scale, moments, entropy)
-            self._keep(self._neighbourhoods, key, Neighbourhoods(grid, order, moments, entropy))
+            _keep(self._neighbourhoods, key, self._computed_neighbourhoods(*key))
         return self._neighbourhoods[key]
 
-    def voxel_means(self, voxel_size):
-        """Return the cloud of voxel means, in this cloud's frame and origin; computed once."""
-        return self._reduction(voxel_size)[0]
+    def _computed_neighbourhoods(self, radius, scale, reach):
+        n = len(self)
+        grid, order = build_grid(self.points, reach)
+        raw = self.raw[order] if len(self.raw) else UNIT
+        unit_own, h = np.empty((n, 10)), np.empty(n)
+        raw_own = np.empty((n, 10)) if len(raw) else unit_own
+        own_moments(grid, raw, radius**2, scale, 0, n, unit_own, raw_own, h)
+        return Neighbourhoods(grid, order, raw, unit_own, raw_own, h)
 
-    def voxel_moments(self, voxel_size):
-        """Return the voxel means that stand for all their points, with weight and scatter."""
-        return self._reduction(voxel_size)[1]
+    def reduced(self, voxel_size):
+        """Return the cloud of voxel means, in this frame and with this origin; computed once.
 
-    def _reduction(self, voxel_size):
+        Each mean knows the moments of the points that it stands for.
+        """
         if voxel_size not in self._reduced:
-            voxels = reduce_to_voxels(self.points, voxel_size)
-            means = self._derived(voxels.mean, np.ones(len(voxels.mean)), np.empty((0, 6)))
-            moments = self._derived(*voxels)
-            self._keep(self._reduced, voxel_size, (means, moments))
+            cloud = Cloud.__new__(Cloud)
+            mean, raw = reduce_to_voxels(self.points, self.raw, voxel_size)
+            cloud.origin, cloud.finite, cloud.dropped = self.origin, np.ones(len(mean), bool), 0
+            cloud._init_from(mean, raw)
+            _keep(self._reduced, voxel_size, cloud)
         return self._reduced[voxel_size]
-
-    def _derived(self, points, weight, scatter):
-        cloud = Cloud.__new__(Cloud)
-        cloud.finite, cloud.dropped, cloud.origin = np.ones(len(points), bool), 0, self.origin
-        cloud._init_from(np.ascontiguousarray(points), weight, scatter)
-        return cloud
-
-    @staticmethod
-    def _keep(kept, key, value):
-        while len(kept) >= KEPT:
-            kept.pop(next(iter(kept)))
-        kept[key] = value
 
 
 def as_cloud(points):
     """Return a `Cloud` as it is, and anything else made into one."""
     return points if isinstance(points, Cloud) else Cloud(points)
+
+
+def _keep(kept, key, value):
+    while len(kept) >= KEPT:
+        kept.pop(next(iter(kept)))
+    kept[key] = value
 
 
 def _checked_points(points):
@@ -127,4 +127,29 @@ def _checked_points(points):
         raise InvalidCloud(f'the cloud is not an array of real numbers: {error}') from error
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3)')
-    return array.astype(np.float64)
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+@njit(**JIT)
+def _centred(points):
+    """Return the mean of the finite rows, which rows are, and these rows minus the mean."""
+    finite = np.empty(points.shape[0], np.bool_)
+    origin = np.zeros(3)
+    n = 0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        finite[i] = np.isfinite(x) and np.isfinite(y) and np.isfinite(z)
+        if finite[i]:
+            origin[0] += x
+            origin[1] += y
+            origin[2] += z
+            n += 1
+    origin /= max(n, 1)
+    kept = np.empty((n, 3))
+    n = 0
+    for i in range(points.shape[0]):
+        if finite[i]:
+            for c in range(3):
+                kept[n, c] = points[i, c] - origin[c]
+            n += 1
+    return origin, finite, kept

@@ -1,4 +1,4 @@
-"""A cloud sorted into cubic cells, for all neighbours within a radius of at most one cell."""
+"""A cloud sorted into cubic cells, for the neighbours within a radius of at most one cell."""
 
 from typing import NamedTuple
 
@@ -7,8 +7,8 @@ from numba import njit
 
 from idem_ros.core.jit import JIT
 
-CELLS_PER_POINT = 4
-LEAST_BITS = 2  # four cells along each axis: the three around a point never coincide
+CELLS_PER_POINT = 16  # few periods lie over one another; the table still fits in a core's cache
+LEAST_BITS = 3  # eight cells along each axis: the seven around a point never coincide
 
 
 class Grid(NamedTuple):
@@ -18,38 +18,29 @@ class Grid(NamedTuple):
     it is short, never correctness.
     """
 
-    start: np.ndarray  # (cells + 1,) int64: first point of each cell
+    start: np.ndarray  # (cells + 1,) int32: first point of each cell
     points: np.ndarray  # (N, 3) float64, sorted
-    weight: np.ndarray  # (N,) float64: raw points that each stands for
-    scatter: np.ndarray  # (N, 6) sum of outer products of these about their mean, or (0, 6)
     low: np.ndarray  # (3,) float64: corner of the first cell
     extent: np.ndarray  # (3,) int64: cells along each axis that hold points
     bits: np.ndarray  # (3,) int64: log2 of the period along each axis, in cells
     cell: float
 
 
-def build_grid(points, weight, scatter, cell):
-    """Sort points into cells of the given edge.
-
-    Args:
-        points: (N, 3) float64, finite, N >= 1.
-        weight: (N,) float64.
-        scatter: (N, 6) float64, or (0, 6) where every point stands for itself.
-        cell: edge of a cell, > 0; the largest radius that can be asked for.
+def build_grid(points, cell):
+    """Sort (N, 3) finite points, N >= 1, into cells of the given edge.
 
     Returns:
-        The grid, and the (N,) int64 order: grid.points = points[order].
+        The grid, and the (N,) order: grid.points = points[order].
     """
-    low = points.min(axis=0)
-    extent = np.floor((points.max(axis=0) - low) / cell).astype(np.int64) + 1
+    low, high = bounds(points)
+    extent = np.floor((high - low) / cell).astype(np.int64) + 1
     bits = _period_bits(extent, len(points))
-    start, order = _sort_into_cells(points, low, 1.0 / cell, bits)
-    scatter = scatter[order] if len(scatter) else scatter
-    return Grid(start, points[order], weight[order], scatter, low, extent, bits, cell), order
+    start, order, ordered = _sort_into_cells(points, low, 1.0 / cell, bits)
+    return Grid(start, ordered, low, extent, bits, cell), order
 
 
 def _period_bits(extent, n_points):
-    bits = np.maximum([int(n - 1).bit_length() for n in extent], LEAST_BITS)
+    bits = np.array([max(int(n - 1).bit_length(), LEAST_BITS) for n in extent])
     most = max(int(CELLS_PER_POINT * n_points - 1).bit_length(), 3 * LEAST_BITS)
     while bits.sum() > most:
         bits[np.argmax(bits)] -= 1
@@ -57,23 +48,77 @@ def _period_bits(extent, n_points):
 
 
 @njit(**JIT)
+def bounds(points):
+    """Return the lowest and highest coordinates (3,) of (N, 3) points."""
+    low, high = points[0].copy(), points[0].copy()
+    for i in range(points.shape[0]):
+        for c in range(3):
+            low[c] = min(low[c], points[i, c])
+            high[c] = max(high[c], points[i, c])
+    return low, high
+
+
+@njit(**JIT)
 def _sort_into_cells(points, low, inverse_cell, bits):
     """Counting sort by cell; points of one cell keep their order."""
     n = points.shape[0]
     key = np.empty(n, np.int64)
-    start = np.zeros((1 << (bits[0] + bits[1] + bits[2])) + 1, np.int64)
+    start = np.zeros((1 << (bits[0] + bits[1] + bits[2])) + 2, np.int32)
     mask_x, mask_y, mask_z = (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
     for i in range(n):
         ix = np.int64((points[i, 0] - low[0]) * inverse_cell)
         iy = np.int64((points[i, 1] - low[1]) * inverse_cell)
         iz = np.int64((points[i, 2] - low[2]) * inverse_cell)
         key[i] = ((((iz & mask_z) << bits[1]) | (iy & mask_y)) << bits[0]) | (ix & mask_x)
-        start[key[i] + 1] += 1
-    for c in range(1, start.shape[0]):
+        start[key[i] + 2] += 1
+    for c in range(2, start.shape[0]):
         start[c] += start[c - 1]
-    order = np.empty(n, np.int64)
-    filled = start[:-1].copy()
+    order, ordered = np.empty(n, np.int64), np.empty((n, 3))
     for i in range(n):
-        order[filled[key[i]]] = i
-        filled[key[i]] += 1
-    return start, order
+        at = start[key[i] + 1]  # after the loop this is where the next cell starts
+        start[key[i] + 1] += 1
+        order[at] = i
+        ordered[at, 0], ordered[at, 1], ordered[at, 2] = points[i, 0], points[i, 1], points[i, 2]
+    return start[:-1], order, ordered
+
+
+@njit(**JIT)
+def neighbours(px, py, pz, grid, r2, found):
+    """Write the indices of the grid's points within sqrt(r2) <= cell of p to found; return count.
+
+    found must hold one index more than the grid has points.
+    """
+    points, start, bits, cell = grid.points, grid.start, grid.bits, grid.cell
+    ix = np.int64(np.floor((px - grid.low[0]) / cell))
+    iy = np.int64(np.floor((py - grid.low[1]) / cell))
+    iz = np.int64(np.floor((pz - grid.low[2]) / cell))
+    n = 0
+    if ix < -1 or iy < -1 or iz < -1:
+        return n
+    if ix > grid.extent[0] or iy > grid.extent[1] or iz > grid.extent[2]:
+        return n
+    mask_x, mask_y, mask_z = (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
+    first, last = (ix - 1) & mask_x, (ix + 1) & mask_x
+    fy, fz = py - grid.low[1] - iy * cell, pz - grid.low[2] - iz * cell
+    for oz in range(-1, 2):
+        gap_z = fz if oz < 0 else (cell - fz if oz > 0 else 0.0)
+        for oy in range(-1, 2):
+            gap_y = fy if oy < 0 else (cell - fy if oy > 0 else 0.0)
+            if gap_y * gap_y + gap_z * gap_z > r2:
+                continue
+            row = ((((iz + oz) & mask_z) << bits[1]) | ((iy + oy) & mask_y)) << bits[0]
+            begin, end = start[row + first], start[row + last + 1]
+            if first > last:  # the three cells lie across the end of the period
+                n = _within(px, py, pz, points, start[row], end, r2, found, n)
+                end = start[row + mask_x + 1]
+            n = _within(px, py, pz, points, begin, end, r2, found, n)
+    return n
+
+
+@njit(**JIT)
+def _within(px, py, pz, points, begin, end, r2, found, n):
+    for j in range(begin, end):
+        dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+        found[n] = j  # kept only if it is counted: no branch to mispredict
+        n += dx * dx + dy * dy + dz * dz <= r2
+    return n

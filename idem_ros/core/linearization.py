@@ -9,13 +9,16 @@ import numpy as np
 from numba import njit
 
 from idem_ros.core.jit import JIT
-from idem_ros.core.kernels import (
+from idem_ros.core.moments import (
     MOST_WITHOUT_ENTROPY,
     TWO_PI_E_CUBED,
     covariance,
-    cross_moments,
     determinant,
-    joined,
+    into_frame,
+    plus,
+    raw_moments,
+    rotated,
+    unit_moments,
 )
 
 # One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
@@ -23,18 +26,26 @@ SUMS = 27
 
 
 @njit(**JIT)
-def linearize(centres, own, grid, R, t, r, scale, noise, begin, end, sums):
+def linearize(centres, own, points, raw, first, member, R, t, r2, scale, noise, begin, end, sums):
     """Add gradient and Gauss-Newton matrix over centres [begin, end) to sums (27,).
 
-    The twist moves the other cloud, whose grid R, t take to the centres' frame. The variance of
-    noise is added to every axis of every covariance.
+    The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
+    candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
+    axis of every covariance.
     """
     c = TWO_PI_E_CUBED / scale**6
     for i in range(begin, end):
-        cross = cross_moments(centres[i], grid, R, t, r)
-        if cross[0] == 0.0:
+        if first[i] == first[i + 1]:
             continue
-        joint = joined(own, i, cross)
+        x, y, z = into_frame(centres[i], R, t)
+        if raw.shape[0] > 0:
+            m = raw_moments(x, y, z, points, raw, member, first[i], first[i + 1], r2)
+        else:
+            m = unit_moments(x, y, z, points, member, first[i], first[i + 1], r2)
+        if m[0] == 0.0:
+            continue
+        cross = rotated(R, m)
+        joint = plus(own, i, cross)
         if joint[0] <= MOST_WITHOUT_ENTROPY:
             continue
         xx, xy, xz, yy, yz, zz = covariance(joint)

@@ -6,7 +6,7 @@ from idem_ros.core import se3
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import LENGTH_SCALES
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.kernels import entropy_difference
+from idem_ros.core.joint_entropy import JointEntropy, between_origins
 
 
 def q_tot(target, source, T_target_source=None, *, a=1.0, radius=None, length_scale='radius'):
@@ -44,7 +44,11 @@ def q_per_point(
     )
     if length_scale not in LENGTH_SCALES:
         raise InvalidConfig(f'length_scale is {length_scale!r}; it must be in {LENGTH_SCALES}')
-    (q_target, _), (q_source, _) = differences(target, source, T, radius, length_scale)
+    if radius == 0.0:  # all points in one place: det Sigma = 0, and with it every entropy
+        q_target, q_source = np.zeros(len(target)), np.zeros(len(source))
+    else:
+        joint = JointEntropy(target, source, radius, length_scale, skin=0.0)
+        (q_target, _), (q_source, _) = joint.per_point(between_origins(target, source, T))
     return _in_given_order(target, q_target), _in_given_order(source, q_source)
 
 
@@ -67,67 +71,10 @@ def search_radius(target, source, a=1.0):
     return a * weighted / (n_target + n_source)
 
 
-def differences(target, source, T_target_source, radius, length_scale):
-    """Return (q, reach) of the target's and of the source's points, in the clouds' own order.
-
-    Args:
-        target, source: `Cloud`s, N and M points.
-        T_target_source: (4, 4), between the clouds' frames as given.
-        radius: in the clouds' unit, >= 0.
-        length_scale: 'radius' or 'none'.
-
-    Returns:
-        Two pairs of arrays: q_i (Eq. 7) and how many points of the other cloud are in reach.
-    """
-    T = between_origins(target, source, T_target_source)
-    return (
-        _side(target, source, T, radius, length_scale),
-        _side(source, target, se3.inverse(T), radius, length_scale),
-    )
-
-
-def between_origins(target, source, T_target_source):
-    """Return the transform between the frames at the clouds' origins."""
-    T = T_target_source.copy()
-    T[:3, 3] += T[:3, :3] @ source.origin - target.origin
-    return T
-
-
-def from_origins(target, source, T):
-    """Return T_target_source, given the transform between the frames at the clouds' origins."""
-    T_target_source = T.copy()
-    T_target_source[:3, 3] += target.origin - T[:3, :3] @ source.origin
-    return T_target_source
-
-
-def length_unit(length_scale, radius):
-    """Return what lengths are divided by before an entropy is taken."""
-    return radius if length_scale == 'radius' else 1.0
-
-
-def _side(centres, others, T_centres_others, radius, length_scale):
-    q, reach = np.zeros(len(centres)), np.zeros(len(centres))
-    if radius == 0.0:  # all points in one place: det Sigma = 0, and with it every entropy
-        return q, reach
-    scale = length_unit(length_scale, radius)
-    own = centres.neighbourhoods(radius, scale)
-    grid = others.neighbourhoods(radius, scale).grid
-    R, t = np.ascontiguousarray(T_centres_others[:3, :3]), T_centres_others[:3, 3].copy()
-    sorted_q, sorted_reach = np.empty_like(q), np.empty_like(reach)
-    entropy_difference(
-        own.grid.points,
-        own.moments,
-        own.entropy,
-        grid,
-        R,
-        t,
-        radius,
-        scale,
-        sorted_q,
-        sorted_reach,
-    )
-    q[own.order], reach[own.order] = sorted_q, sorted_reach
-    return q, reach
+def overlap_of(reach_target, reach_source):
+    """Return how many points have a neighbour in the other cloud, and their fraction of all."""
+    within = int(np.count_nonzero(reach_target) + np.count_nonzero(reach_source))
+    return within, within / (len(reach_target) + len(reach_source))
 
 
 def _in_given_order(cloud, q):

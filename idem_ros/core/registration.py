@@ -8,19 +8,12 @@ import numpy as np
 from idem_ros.core import se3
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.core.linearization import SUMS, linearize, unpack
-from idem_ros.core.metric import (
-    between_origins,
-    differences,
-    from_origins,
-    length_unit,
-    search_radius,
-)
+from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
+from idem_ros.core.metric import overlap_of, search_radius
 from idem_ros.core.solver import minimize_on_se3
 
-NOISE = 0.005  # of the radius: standard deviation added to every axis of a covariance
-BLOCK = 1024  # centres summed together: fixed, so that sums do not depend on who computes them
 LEAST_POINTS = 5  # a point and its four neighbours
+SKIN = 0.2  # of the radius: later steps of a stage move less, and share one list of pairs
 
 
 class Status(Enum):
@@ -70,73 +63,42 @@ def register(target, source, T_target_source=None, config=None):
     config = RegistrationConfig() if config is None else config
     target, source = as_cloud(target), as_cloud(source)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
-    judged = [_reduced(cloud, config.voxel_size) for cloud in (target, source)]
-    if min(len(cloud) for cloud in judged) < LEAST_POINTS:
-        return _without_solution(T, Status.TOO_FEW_POINTS, 0.0)
-    radius = search_radius(*judged, config.a)  # Eq. 9
+    finest = [_finest(cloud, config.voxel_size) for cloud in (target, source)]
+    if min(len(cloud) for cloud in finest) < LEAST_POINTS:
+        return _without_solution(T, Status.TOO_FEW_POINTS)
+    radius = search_radius(*finest, config.a)  # Eq. 9
     if radius == 0.0:
-        return _without_solution(T, Status.DEGENERATE, 0.0)
-    iterations = 0
+        return _without_solution(T, Status.DEGENERATE)
+    T, iterations = between_origins(target, source, T), 0
     for factor in config.radius_schedule:
-        clouds = [_stage(cloud, config.voxel_size, factor, radius) for cloud in (target, source)]
-        solution = _solve_stage(*clouds, T, factor * radius, config)  # Eq. 14
+        clouds = [_stage(cloud, config.voxel_size or radius, factor) for cloud in finest]
+        joint = JointEntropy(*clouds, factor * radius, config.length_scale, SKIN)
+        solution = minimize_on_se3(joint.linearize, T, **_tolerances(config, factor * radius))
         T, iterations = solution.transform, iterations + solution.iterations
-    return _result(judged, solution, factor * radius, iterations, config)
+    return _result(target, source, joint, solution, iterations, factor * radius)
 
 
-def _reduced(cloud, voxel_size):
-    return cloud if voxel_size is None else cloud.voxel_means(voxel_size)
+def _finest(cloud, voxel_size):
+    return cloud if voxel_size is None else cloud.reduced(voxel_size)
 
 
-def _stage(cloud, voxel_size, factor, radius):
-    """The cloud of one stage: its neighbourhoods hold about as many members at every radius."""
-    if voxel_size is not None:
-        return cloud.voxel_moments(factor * voxel_size)
-    return cloud if factor <= 1.0 else cloud.voxel_moments(factor * radius)
+def _stage(finest, spacing, factor):
+    """The cloud of one stage: its balls hold about as many members at every radius."""
+    return finest if factor <= 1.0 else finest.reduced(factor * spacing)
 
 
-def _solve_stage(target, source, T_target_source, radius, config):
-    def linearized(transform):
-        return _linearize_both(target, source, transform, radius, config.length_scale)
-
-    solution = minimize_on_se3(
-        linearized,
-        between_origins(target, source, T_target_source),
-        config.max_iterations,
-        config.rotation_tolerance,
-        config.translation_tolerance * radius,
-    )
-    return solution._replace(transform=from_origins(target, source, solution.transform))
+def _tolerances(config, radius):
+    return {
+        'max_iterations': config.max_iterations,
+        'rotation_tolerance': config.rotation_tolerance,
+        'distance_tolerance': config.translation_tolerance * radius,
+    }
 
 
-def _linearize_both(target, source, T_target_source, radius, length_scale):
-    """Gradient and matrix of q_tot: the source moves around the target, and conversely."""
-    T_source_target = se3.inverse(T_target_source)
-    gradient, matrix = _linearize_side(target, source, T_target_source, radius, length_scale)
-    there = _linearize_side(source, target, T_source_target, radius, length_scale)
-    # exp(xi) T has the inverse exp(-Ad(T)^-1 xi) T^-1.
-    back = se3.adjoint(T_source_target)
-    return gradient - back.T @ there[0], matrix + back.T @ there[1] @ back
-
-
-def _linearize_side(centres, others, T_centres_others, radius, length_scale):
-    scale = length_unit(length_scale, radius)
-    own = centres.neighbourhoods(radius, scale)
-    grid = others.neighbourhoods(radius, scale).grid
-    R, t = np.ascontiguousarray(T_centres_others[:3, :3]), T_centres_others[:3, 3].copy()
-    noise, points = (NOISE * radius) ** 2, own.grid.points
-    sums = np.zeros((len(points) // BLOCK + 1, SUMS))
-    for b, begin in enumerate(range(0, len(points), BLOCK)):
-        end = min(begin + BLOCK, len(points))
-        linearize(points, own.moments, grid, R, t, radius, scale, noise, begin, end, sums[b])
-    return unpack(sums.sum(axis=0))
-
-
-def _result(judged, solution, radius, iterations, config):
-    T = solution.transform
-    (q_t, reach_t), (q_s, reach_s) = differences(*judged, T, radius, config.length_scale)
-    q = float(q_t.sum() + q_s.sum())
-    within = int(np.count_nonzero(reach_t) + np.count_nonzero(reach_s))
+def _result(target, source, joint, solution, iterations, radius):
+    (q_target, reach_target), (q_source, reach_source) = joint.per_point(solution.transform)
+    q = float(q_target.sum() + q_source.sum())
+    within, overlap = overlap_of(reach_target, reach_source)
     if within == 0:
         status = Status.NO_OVERLAP
     elif solution.free:
@@ -144,14 +106,14 @@ def _result(judged, solution, radius, iterations, config):
     else:
         status = Status.CONVERGED if solution.converged else Status.MAX_ITERATIONS
     return RegistrationResult(
-        T_target_source=T,
+        T_target_source=from_origins(target, source, solution.transform),
         status=status,
         iterations=iterations,
         q_tot=q,
         q_mean=q / within if within else 0.0,
-        overlap=within / (len(q_t) + len(q_s)),
+        overlap=overlap,
         radius=radius,
-        information=_in_ros_order(solution.matrix, judged[0].origin),
+        information=_in_ros_order(solution.matrix, target.origin),
     )
 
 
@@ -164,5 +126,5 @@ def _in_ros_order(matrix, origin):
     return moved[np.ix_(order, order)]
 
 
-def _without_solution(T, status, radius):
-    return RegistrationResult(T, status, 0, 0.0, 0.0, 0.0, radius, np.zeros((6, 6)))
+def _without_solution(T, status):
+    return RegistrationResult(T, status, 0, 0.0, 0.0, 0.0, 0.0, np.zeros((6, 6)))

@@ -5,66 +5,94 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from idem_ros.core.grid import bounds
 from idem_ros.core.jit import JIT
 
 
 class Voxels(NamedTuple):
     """The occupied voxels, in the order of their first points."""
 
-    mean: np.ndarray  # (M, 3) float64
-    count: np.ndarray  # (M,) float64: points in each
-    scatter: np.ndarray  # (M, 6): sum of (p - mean)(p - mean)^T, upper triangle by rows
+    mean: np.ndarray  # (M, 3) float64, of the raw points
+    raw: np.ndarray  # (M, 7): how many there are, and their scatter about the mean (xx, ..., zz)
 
 
-def reduce_to_voxels(points, voxel_size):
-    """Reduce (N, 3) finite points to voxels of the given edge, from the cloud's own corner."""
-    cells = np.floor((points - points.min(axis=0)) / voxel_size).astype(np.int64)
-    slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int64)
-    moments = np.zeros((len(points), 10))
-    corners = np.empty((len(points), 3), np.int64)
-    n = _accumulate(points, cells, slots, corners, moments, voxel_size)
-    return _voxels(moments[:n], points.min(axis=0) + (corners[:n] + 0.5) * voxel_size)
+def reduce_to_voxels(points, raw, voxel_size):
+    """Reduce (N, 3) finite points to voxels of the given edge, from the cloud's own corner.
 
-
-def _voxels(moments, origin):
-    count = moments[:, 0]
-    shift = moments[:, 1:4] / count[:, None]
-    outer = shift[:, [0, 0, 0, 1, 1, 2]] * shift[:, [0, 1, 2, 1, 2, 2]]
-    return Voxels(origin + shift, count.copy(), moments[:, 4:] - count[:, None] * outer)
+    A point that stands for others, raw (N, 7), goes where it is itself; raw (0, 7): for itself.
+    """
+    low, _ = bounds(points)
+    slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int32)
+    sums, corners = np.empty((len(points), 10)), np.empty((len(points), 3), np.int64)
+    n = _accumulate(points, raw, low, voxel_size, slots, corners, sums)
+    mean, reduced = np.empty((n, 3)), np.empty((n, 7))
+    _to_means(sums, corners, low, voxel_size, mean, reduced)
+    return Voxels(mean, reduced)
 
 
 @njit(**JIT)
-def _accumulate(points, cells, slots, corners, moments, voxel_size):
+def _accumulate(points, raw, low, size, slots, corners, sums):
     """Sum the moments of each voxel about its own middle; a hash table finds the voxel."""
-    low = np.array([points[:, 0].min(), points[:, 1].min(), points[:, 2].min()])
     mask = slots.shape[0] - 1
-    n = 0
+    n, v = 0, 0
+    last_x = last_y = last_z = -1
     for i in range(points.shape[0]):
-        x, y, z = cells[i, 0], cells[i, 1], cells[i, 2]
-        slot = (x * 73856093 ^ y * 19349663 ^ z * 83492791) & mask
-        while True:
-            v = slots[slot]
-            if v < 0:
-                v = n
-                slots[slot] = v
-                corners[v, 0], corners[v, 1], corners[v, 2] = x, y, z
+        px, py, pz = points[i, 0] - low[0], points[i, 1] - low[1], points[i, 2] - low[2]
+        x, y, z = np.int64(px / size), np.int64(py / size), np.int64(pz / size)
+        if x != last_x or y != last_y or z != last_z:
+            v = _voxel_of(x, y, z, slots, mask, corners, n)
+            if v == n:
+                sums[n, :] = 0.0
                 n += 1
-                break
-            if corners[v, 0] == x and corners[v, 1] == y and corners[v, 2] == z:
-                break
-            slot = (slot + 1) & mask
-        dx = points[i, 0] - low[0] - (x + 0.5) * voxel_size
-        dy = points[i, 1] - low[1] - (y + 0.5) * voxel_size
-        dz = points[i, 2] - low[2] - (z + 0.5) * voxel_size
-        m = moments[v]
-        m[0] += 1.0
-        m[1] += dx
-        m[2] += dy
-        m[3] += dz
-        m[4] += dx * dx
-        m[5] += dx * dy
-        m[6] += dx * dz
-        m[7] += dy * dy
-        m[8] += dy * dz
-        m[9] += dz * dz
+            last_x, last_y, last_z = x, y, z
+        _add(sums[v], px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size, raw, i)
     return n
+
+
+@njit(**JIT)
+def _voxel_of(x, y, z, slots, mask, corners, n):
+    """Return the number of a voxel, n for one not seen before."""
+    h = x * 73856093 ^ y * 19349663 ^ z * 83492791
+    slot = (h ^ (h >> 15)) & mask
+    while True:
+        v = slots[slot]
+        if v < 0:
+            slots[slot] = n
+            corners[n, 0], corners[n, 1], corners[n, 2] = x, y, z
+            return n
+        if corners[v, 0] == x and corners[v, 1] == y and corners[v, 2] == z:
+            return np.int64(v)
+        slot = (slot + 1) & mask
+
+
+@njit(**JIT)
+def _add(m, dx, dy, dz, raw, i):
+    w = 1.0
+    if raw.shape[0] > 0:
+        w = raw[i, 0]
+        for c in range(6):
+            m[4 + c] += raw[i, 1 + c]
+    m[0] += w
+    m[1] += w * dx
+    m[2] += w * dy
+    m[3] += w * dz
+    m[4] += w * dx * dx
+    m[5] += w * dx * dy
+    m[6] += w * dx * dz
+    m[7] += w * dy * dy
+    m[8] += w * dy * dz
+    m[9] += w * dz * dz
+
+
+@njit(**JIT)
+def _to_means(sums, corners, low, size, mean, raw):
+    """Turn sums about a voxel's middle into mean, count and scatter about the mean."""
+    for v in range(mean.shape[0]):
+        m = sums[v]
+        k, x, y, z = m[0], m[1] / m[0], m[2] / m[0], m[3] / m[0]
+        mean[v, 0] = low[0] + (corners[v, 0] + 0.5) * size + x
+        mean[v, 1] = low[1] + (corners[v, 1] + 0.5) * size + y
+        mean[v, 2] = low[2] + (corners[v, 2] + 0.5) * size + z
+        raw[v, 0] = k
+        raw[v, 1], raw[v, 2], raw[v, 3] = m[4] - k * x * x, m[5] - k * x * y, m[6] - k * x * z
+        raw[v, 4], raw[v, 5], raw[v, 6] = m[7] - k * y * y, m[8] - k * y * z, m[9] - k * z * z

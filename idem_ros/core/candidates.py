@@ -1,0 +1,101 @@
+"""The pairs across two clouds that are, or may soon be, neighbours: enumerated once, both ways.
+
+As in molecular dynamics (Verlet lists): pairs within the radius and a skin stay candidates until
+the source has moved by the skin.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from idem_ros.core import se3
+from idem_ros.core.grid import bounds, neighbours
+from idem_ros.core.jit import JIT
+from idem_ros.core.moments import into_frame
+
+EXPECTED = 16  # candidates a point; the list grows where there are more
+
+
+class Candidates(NamedTuple):
+    """For each point of a cloud, points of the other: member[first[i]:first[i + 1]]."""
+
+    first: np.ndarray  # (N + 1,) int64
+    member: np.ndarray  # (K,) int32
+
+
+class CandidatePairs(NamedTuple):
+    """The same pairs seen from the target and from the source."""
+
+    of_target: Candidates
+    of_source: Candidates
+    transform: np.ndarray  # (4, 4) T_target_source at which they were enumerated
+    corners: np.ndarray  # (8, 3) of a box around the source
+
+
+def candidate_pairs(target, source, T_target_source, reach):
+    """Enumerate all pairs of two grids within reach, which is at most a cell of either."""
+    if len(source.points) <= len(target.points):
+        of_source = _candidates(source.points, target, se3.inverse(T_target_source), reach)
+        of_target = Candidates(*_transposed(*of_source, len(target.points)))
+    else:
+        of_target = _candidates(target.points, source, T_target_source, reach)
+        of_source = Candidates(*_transposed(*of_target, len(source.points)))
+    low, high = bounds(source.points)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
+    return CandidatePairs(of_target, of_source, T_target_source, corners)
+
+
+def _candidates(points, grid, T_points_grid, reach):
+    R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
+    first, found = np.empty(len(points) + 1, np.int64), np.empty(len(grid.points) + 1, np.int32)
+    member = np.empty(EXPECTED * len(points), np.int32)
+    first[0] = done = 0
+    while True:
+        done = _enumerate(points, R, t, grid, reach**2, found, done, first, member)
+        if done == len(points):
+            return Candidates(first, member[: first[-1]])
+        member = np.concatenate([member, np.empty(len(member) + len(found), np.int32)])
+
+
+def still_hold(pairs, T_target_source, skin):
+    """Whether no point of the source has moved by more than the skin since the enumeration."""
+    # How far a point is moved is convex in the point: greatest in a corner.
+    moved = se3.transform_points(T_target_source, pairs.corners)
+    moved -= se3.transform_points(pairs.transform, pairs.corners)
+    return bool((np.einsum('ij,ij->i', moved, moved) <= skin**2).all())
+
+
+@njit(**JIT)
+def _enumerate(points, R, t, grid, r2, found, begin, first, member):
+    """Write the candidates of points from begin on until member is full; return where it stopped.
+
+    R, t take the grid's frame to that of the points.
+    """
+    for i in range(begin, points.shape[0]):
+        x, y, z = into_frame(points[i], R, t)
+        n = neighbours(x, y, z, grid, r2, found)
+        at = first[i]
+        if at + n > member.shape[0]:
+            return i
+        for c in range(n):
+            member[at + c] = found[c]
+        first[i + 1] = at + n
+    return points.shape[0]
+
+
+@njit(**JIT)
+def _transposed(first, member, n_others):
+    """Return the same pairs listed for the others, in the order of the first's points."""
+    count = np.zeros(n_others + 2, np.int64)
+    for c in range(member.shape[0]):
+        count[member[c] + 2] += 1
+    for j in range(2, n_others + 2):
+        count[j] += count[j - 1]
+    back = np.empty(member.shape[0], np.int32)
+    for i in range(first.shape[0] - 1):
+        for c in range(first[i], first[i + 1]):
+            j = member[c] + 1
+            back[count[j]] = i
+            count[j] += 1
+    return count[:-1], back
