@@ -91,7 +91,7 @@ class Refiner:
             return 0.0
         voxel_size = self._config.voxel_size
         if voxel_size is not None:  # the clouds that the result's q_tot is of
-            target, source = target.voxel_means(voxel_size), source.voxel_means(voxel_size)
+            target, source = target.reduced(voxel_size), source.reduced(voxel_size)
         scale = self._config.length_scale
         return q_tot(target, source, T_target_source, radius=radius, length_scale=scale)
 

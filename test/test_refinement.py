@@ -1,0 +1,136 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from clouds import motion, surface
+from recordings import scans
+
+from idem_ros import refinement
+from idem_ros.core import (
+    InvalidCloud,
+    InvalidTransform,
+    RegistrationConfig,
+    Status,
+    q_tot,
+    register,
+)
+from idem_ros.core.se3 import inverse, transform_points
+from idem_ros.diagnostics import OK, WARN, level, refinement_values
+from idem_ros.pairing import Pair
+from idem_ros.recording.messages import cloud_message, transform_message
+from idem_ros.refinement import Refiner
+
+
+@pytest.fixture
+def pair(rng):
+    (_, _, target), (_, _, source), (_, _, guess), _ = scans(rng, n=1)
+    return Pair(target, source, guess)
+
+
+def test_the_result_is_that_of_the_core(rng):
+    clouds = [surface(rng, 300).astype(np.float32).astype(np.float64) for _ in range(2)]
+    guess = motion(rng, 2.0, 0.02)
+    pair = Pair(
+        cloud_message(clouds[0], 1, 'map'),
+        cloud_message(clouds[1], 2, 'lidar'),
+        transform_message(guess, 2, 'map', 'lidar'),
+    )
+    refined = Refiner().refine(pair)
+    expected = register(*clouds, refined.T_guess)
+    np.testing.assert_array_equal(refined.result.T_target_source, expected.T_target_source)
+    np.testing.assert_allclose(refined.T_guess, guess, atol=1e-12)
+    assert (refined.stamp, refined.points_target, refined.points_source) == (2, 300, 300)
+    assert (refined.target_frame, refined.source_frame) == ('map', 'lidar')
+
+
+@pytest.mark.parametrize('voxel_size', [None, 0.1])
+def test_q_tot_before_is_comparable_with_q_tot_after(pair, voxel_size):
+    config = RegistrationConfig(voxel_size=voxel_size)
+    refined = Refiner(config).refine(pair)
+    from_result = replace(pair, guess=transform_message(refined.result.T_target_source, 5, '', ''))
+    again = Refiner(replace(config, max_iterations=1)).refine(from_result)
+    assert again.q_tot_before == pytest.approx(refined.result.q_tot, rel=1e-6)
+    assert refined.result.q_tot < refined.q_tot_before
+
+
+def test_q_tot_before_is_that_of_the_metric(pair):
+    refined = Refiner().refine(pair)
+    points = [refinement.read_points(cloud).points for cloud in (pair.target, pair.source)]
+    expected = q_tot(*points, refined.T_guess, radius=refined.result.radius)
+    assert refined.q_tot_before == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_target_that_stays_is_read_once(pair, monkeypatch):
+    read = []
+    original = refinement.read_points
+    monkeypatch.setattr(
+        refinement, 'read_points', lambda message: read.append(message) or original(message)
+    )
+    refiner = Refiner()
+    first, second = refiner.refine(pair), refiner.refine(pair)
+    assert [message is pair.target for message in read] == [True, False, False]
+    np.testing.assert_array_equal(first.result.T_target_source, second.result.T_target_source)
+    refiner.refine(replace(pair, target=pair.source))
+    assert read[-2] is pair.source
+
+
+def test_a_bad_target_does_not_leave_the_one_before_in_its_place(pair):
+    refiner = Refiner()
+    refiner.refine(pair)
+    for _ in range(2):
+        with pytest.raises(InvalidCloud, match='^target: none of its 1 points'):
+            refiner.refine(replace(pair, target=cloud_message(np.zeros((1, 3)), 1, 'map')))
+    assert refiner.refine(pair).result.status is Status.CONVERGED
+
+
+def test_a_refused_source_is_named(pair):
+    with pytest.raises(InvalidCloud, match='^source: none of its 2 points'):
+        Refiner().refine(replace(pair, source=cloud_message(np.zeros((2, 3)), 1, 'lidar')))
+
+
+def test_a_refused_guess_is_named(pair):
+    guess = transform_message(np.eye(4), 1, 'map', 'lidar')
+    guess.transform.rotation.w = 0.0
+    with pytest.raises(InvalidTransform, match='^initial guess: the quaternion'):
+        Refiner().refine(replace(pair, guess=guess))
+
+
+def test_frames_that_the_clouds_leave_empty_come_from_the_guess(pair):
+    pair.target.header.frame_id = pair.source.header.frame_id = ''
+    refined = Refiner().refine(pair)
+    assert (refined.target_frame, refined.source_frame) == ('map', 'lidar')
+
+
+def test_points_left_out_of_both_clouds_are_counted(rng):
+    points = surface(rng, 60)
+    target, source = points.copy(), transform_points(inverse(motion(rng, 1.0, 0.0)), points)
+    target[:3], source[:2], source[2] = np.nan, 0.0, np.inf
+    pair = Pair(
+        cloud_message(target, 1, ''),
+        cloud_message(source, 1, ''),
+        transform_message(np.eye(4), 1, '', ''),
+    )
+    refined = Refiner().refine(pair)
+    assert (refined.dropped_nonfinite, refined.dropped_zero) == (4, 2)
+    assert (refined.points_target, refined.points_source) == (57, 57)
+
+
+def test_too_few_points_are_a_status(pair):
+    few = cloud_message(np.eye(3), 1, 'lidar')
+    refined = Refiner().refine(replace(pair, source=few))
+    assert refined.result.status is Status.TOO_FEW_POINTS
+    assert refined.q_tot_before == 0.0
+    assert level(refined) == WARN
+
+
+def test_diagnostics_say_in_strings_what_came_out(pair):
+    refined = Refiner().refine(pair)
+    values = refinement_values(refined, dropped=3)
+    assert list(values) == [
+        *('q_tot', 'q_mean', 'overlap', 'radius'),
+        *('iterations', 'status', 'milliseconds', 'dropped'),
+    ]
+    assert all(isinstance(value, str) for value in values.values())
+    assert float(values['q_tot']) == refined.result.q_tot
+    assert (values['status'], values['dropped']) == ('converged', '3')
+    assert level(refined) == OK
