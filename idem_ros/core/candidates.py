@@ -14,6 +14,7 @@ from idem_ros.core.grid import bounds, neighbours
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import into_frame
 
+SKIN = 0.2  # of the radius: the later steps of a stage move less, and share one list
 EXPECTED = 16  # candidates a point; the list grows where there are more
 
 

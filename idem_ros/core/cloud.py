@@ -5,14 +5,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from idem_ros.core.candidates import SKIN
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, build_grid
 from idem_ros.core.jit import JIT
-from idem_ros.core.moments import own_moments
+from idem_ros.core.moments import TIE, own_moments
 from idem_ros.core.voxels import reduce_to_voxels
 
 KEPT = 8  # results kept of each kind: enough for two schedules of four stages
+CELL_MARGIN = 1.0 + 1e-9
 UNIT = np.empty((0, 7))  # raw moments of points that stand for themselves
 
 
@@ -74,23 +76,23 @@ class Cloud:
             self._fourth_neighbor_distance = mean_fourth_neighbor_distance(self.points)
         return self._fourth_neighbor_distance
 
-    def neighbourhoods(self, radius, scale, reach):
+    def neighbourhoods(self, radius, scale):
         """Own moments and entropies at a radius, of lengths over a scale; computed once.
 
-        The grid serves balls up to the reach, at least the radius.
+        The grid serves balls up to the radius and its skin.
         """
-        key = (radius, scale, reach)
+        key = (radius, scale)
         if key not in self._neighbourhoods:
             _keep(self._neighbourhoods, key, self._computed_neighbourhoods(*key))
         return self._neighbourhoods[key]
 
-    def _computed_neighbourhoods(self, radius, scale, reach):
+    def _computed_neighbourhoods(self, radius, scale):
         n = len(self)
-        grid, order = build_grid(self.points, reach)
+        grid, order = build_grid(self.points, radius * (1.0 + SKIN) * CELL_MARGIN)
         raw = self.raw[order] if len(self.raw) else UNIT
         unit_own, h = np.empty((n, 10)), np.empty(n)
         raw_own = np.empty((n, 10)) if len(raw) else unit_own
-        own_moments(grid, raw, radius**2, scale, 0, n, unit_own, raw_own, h)
+        own_moments(grid, raw, radius * radius * TIE, scale, 0, n, unit_own, raw_own, h)
         return Neighbourhoods(grid, order, raw, unit_own, raw_own, h)
 
     def reduced(self, voxel_size):

@@ -3,13 +3,10 @@
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.candidates import candidate_pairs, still_hold
+from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
 from idem_ros.core.linearization import SUMS, linearize, unpack
-from idem_ros.core.moments import entropy_difference
+from idem_ros.core.moments import TIE, entropy_difference
 
-# A pair at exactly r (points on a lattice) must not be decided by the last bit.
-TIE = 1.0 + 1e-12
-CELL_MARGIN = 1.0 + 1e-9
 NOISE = 0.005  # of the radius: standard deviation added to every axis of a covariance
 BLOCK = 2048  # centres summed together: fixed, so that sums do not depend on who computes them
 
@@ -23,17 +20,18 @@ class JointEntropy:
         target, source: `Cloud`s.
         radius: of the balls, > 0, in the clouds' unit.
         length_scale: 'radius' or 'none'.
-        skin: how far the source may move, over the radius, before pairs are enumerated again.
+        skin: how far the source may move, over the radius, before pairs are enumerated again;
+            at most SKIN.
     """
 
-    def __init__(self, target, source, radius, length_scale, skin):
+    def __init__(self, target, source, radius, length_scale, skin=SKIN):
         self.r2 = radius * radius * TIE
         self.scale = radius if length_scale == 'radius' else 1.0
         self.noise = (NOISE * radius) ** 2
         self.skin = skin * radius
-        self.reach = (radius + self.skin) * CELL_MARGIN
-        self.target = target.neighbourhoods(radius, self.scale, self.reach)
-        self.source = source.neighbourhoods(radius, self.scale, self.reach)
+        self.reach = radius * TIE + self.skin
+        self.target = target.neighbourhoods(radius, self.scale)
+        self.source = source.neighbourhoods(radius, self.scale)
         self.pairs = None
 
     def per_point(self, T_target_source):

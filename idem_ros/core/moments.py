@@ -7,6 +7,8 @@ from idem_ros.core.grid import neighbours
 from idem_ros.core.jit import JIT
 
 TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimensions
+# A pair at exactly r (points on a lattice) must not be decided by the last bit.
+TIE = 1.0 + 1e-12
 MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
 
 

@@ -13,7 +13,6 @@ from idem_ros.core.metric import overlap_of, search_radius
 from idem_ros.core.solver import minimize_on_se3
 
 LEAST_POINTS = 5  # a point and its four neighbours
-SKIN = 0.2  # of the radius: later steps of a stage move less, and share one list of pairs
 
 
 class Status(Enum):
@@ -72,7 +71,7 @@ def register(target, source, T_target_source=None, config=None):
     T, iterations = between_origins(target, source, T), 0
     for factor in config.radius_schedule:
         clouds = [_stage(cloud, config.voxel_size or radius, factor) for cloud in finest]
-        joint = JointEntropy(*clouds, factor * radius, config.length_scale, SKIN)
+        joint = JointEntropy(*clouds, factor * radius, config.length_scale)
         solution = minimize_on_se3(joint.linearize, T, **_tolerances(config, factor * radius))
         T, iterations = solution.transform, iterations + solution.iterations
     return _result(target, source, joint, solution, iterations, factor * radius)
