@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+from clouds import motion, surface
+
+from idem_ros.commands.main import main
+from idem_ros.pointcloud2 import read_points
+from idem_ros.pose_files import write_pose
+from idem_ros.recording.reader import open_recording
+from idem_ros.transform_message import matrix_of, stamp_ns
+
+
+@pytest.fixture
+def folder(tmp_path, rng, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ('target', 'a', 'b'):
+        np.save(f'{name}.npy', surface(rng, 50).astype(np.float32))
+        write_pose(f'{name}.txt', motion(rng, 20.0, 1.0))
+    return tmp_path
+
+
+def logged(path='out.mcap'):
+    with open_recording(path) as recording:
+        return list(recording.messages(recording.topics))
+
+
+def test_a_recording_holds_the_target_once_and_each_source_with_guess_and_truth(folder):
+    argv = ['bag', 'target.npy', 'a.npy', 'b.npy', '--guess', 'a.txt', 'b.txt']
+    assert main([*argv, '--truth', 'b.txt', 'a.txt', '--out', 'out.mcap']) == 0
+    messages = logged()
+    scan = ['/source', '/initial_guess', '/ground_truth']
+    assert [topic for topic, _, _ in messages] == ['/target', *scan, *scan]
+    stamps = [10**9, *[1_100_000_000] * 3, *[1_200_000_000] * 3]
+    assert [stamp_ns(message) for _, _, message in messages] == stamps
+    files = ['target.npy', 'a.npy', 'a.txt', 'b.txt', 'b.npy', 'b.txt', 'a.txt']
+    for (_, _, message), file in zip(messages, files, strict=True):
+        if file.endswith('.npy'):
+            np.testing.assert_array_equal(read_points(message).points, np.load(file))
+        else:
+            np.testing.assert_allclose(matrix_of(message), np.loadtxt(file), atol=1e-12)
+            assert (message.header.frame_id, message.child_frame_id) == ('target', 'source')
+
+
+def test_log_times_are_all_different(folder):
+    main(['bag', 'target.npy', 'a.npy', 'b.npy', '--guess', 'a.txt', 'b.txt', '--out', 'out.mcap'])
+    times = [log_time for _, log_time, _ in logged()]
+    assert len(set(times)) == len(times)
+
+
+def test_guess_and_truth_are_optional(folder):
+    assert main(['bag', 'target.npy', 'a.npy', '--out', 'out.mcap']) == 0
+    assert [topic for topic, _, _ in logged()] == ['/target', '/source']
+
+
+def test_the_same_files_give_the_same_bytes(folder):
+    argv = ['bag', 'target.npy', 'a.npy', '--guess', 'a.txt', '--out']
+    assert main([*argv, 'one.mcap']) == main([*argv, 'two.mcap']) == 0
+    assert (folder / 'one.mcap').read_bytes() == (folder / 'two.mcap').read_bytes()
+
+
+def test_clouds_are_float32_unless_that_would_blur_them(folder):
+    np.save('far.npy', np.load('a.npy').astype(np.float64) + (5e5, 5e6, 0.0))
+    main(['bag', 'target.npy', 'far.npy', '--out', 'out.mcap'])
+    (_, _, near), (_, _, far) = logged()
+    assert (near.point_step, far.point_step) == (12, 24)
+    np.testing.assert_array_equal(read_points(far).points, np.load('far.npy'))
+
+
+@pytest.mark.parametrize(
+    ('argv', 'code', 'words'),
+    [
+        (['a.npy', 'b.npy', '--guess', 'a.txt'], 2, '--guess has 1 files for 2 sources'),
+        (['a.npy', '--truth', 'a.txt', 'b.txt'], 2, '--truth has 2 files for 1 sources'),
+        (['a.npy', '--out', 'out.bag'], 2, 'must end in .mcap'),
+        (['a.npy', 'nowhere.ply'], 1, 'nowhere.ply cannot be read'),
+        (['a.npy', '--guess', 'nowhere.txt'], 1, 'nowhere.txt cannot be read'),
+        (['a.npy', '--out', 'no/out.mcap'], 1, 'does not exist'),
+    ],
+)
+def test_bad_input_gets_one_line_and_leaves_the_old_recording(folder, capsys, argv, code, words):
+    (folder / 'out.mcap').write_text('old')
+    before = sorted(folder.iterdir())
+    assert main(['bag', '--out', 'out.mcap', 'target.npy', *argv]) == code
+    captured = capsys.readouterr()
+    assert captured.out == ''
+    assert captured.err.startswith('idem: error: ')
+    assert captured.err.count('\n') == 1
+    assert words in captured.err
+    assert sorted(folder.iterdir()) == before
+    assert (folder / 'out.mcap').read_text() == 'old'

@@ -1,0 +1,87 @@
+import json
+
+import numpy as np
+import pytest
+from clouds import error_of, motion, surface
+
+from idem_ros.commands.main import main
+from idem_ros.core.se3 import inverse, transform_points
+from idem_ros.pose_files import read_pose, write_pose
+
+
+@pytest.fixture
+def files(tmp_path, rng, monkeypatch):
+    """Two clouds and a guess in the working folder; returns the true pose."""
+    monkeypatch.chdir(tmp_path)
+    truth = motion(rng, 30.0, 1.0)
+    np.save('target.npy', surface(rng, 600))
+    np.save('source.npy', transform_points(inverse(truth), surface(rng, 600)))
+    write_pose('guess.txt', motion(rng, 2.0, 0.02) @ truth)
+    return truth
+
+
+def test_prints_the_pose_and_how_it_ended(files, capsys):
+    assert main(['register', 'target.npy', 'source.npy', '--guess', 'guess.txt']) == 0
+    out = capsys.readouterr().out
+    matrix = np.array([line.split() for line in out.splitlines()[1:5]], dtype=float)
+    degrees, distance = error_of(matrix, files)
+    assert degrees < 1.0
+    assert distance < 0.02
+    assert out.splitlines()[5].startswith('converged after ')
+
+
+def test_json_holds_the_whole_result(files, capsys):
+    argv = ['register', 'target.npy', 'source.npy', '--guess', 'guess.txt', '--json']
+    assert main([*argv, '--out', 'pose.txt', '--voxel-size', '0.05']) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result['status'] == 'converged'
+    assert result['converged'] is True
+    np.testing.assert_array_equal(result['T_target_source'], np.loadtxt('pose.txt'))
+    assert np.shape(result['information']) == (6, 6)
+    assert error_of(read_pose('pose.txt'), files)[0] < 1.0
+    assert {'q_tot', 'q_mean', 'overlap', 'radius', 'iterations', 'target', 'source'} <= set(
+        result
+    )
+
+
+def test_without_a_guess_it_starts_from_the_identity(tmp_path, rng, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    points = surface(rng, 300)
+    np.save('target.npy', points)
+    assert main(['register', 'target.npy', 'target.npy', '--json']) == 0
+    pose = json.loads(capsys.readouterr().out)['T_target_source']
+    np.testing.assert_allclose(pose, np.eye(4), atol=1e-6)
+
+
+def test_what_does_not_overlap_is_a_status_in_valid_json(tmp_path, rng, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    points = surface(rng, 100)
+    np.save('target.npy', points)
+    np.save('far.npy', points + 100.0)
+    np.save('few.npy', points[:2])
+    for source, status in (('far.npy', 'no_overlap'), ('few.npy', 'too_few_points')):
+        assert main(['register', 'target.npy', source, '--json']) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert (result['status'], result['converged']) == (status, False)
+
+
+@pytest.mark.parametrize(
+    ('argv', 'code', 'words'),
+    [
+        (['nowhere.ply', 'source.npy'], 1, 'nowhere.ply cannot be read: No such file'),
+        (['target.npy', 'guess.txt', '--guess', 'target.npy'], 1, 'target.npy is no pose'),
+        (['target.npy', 'mesh.stl'], 1, 'mesh.stl is no cloud file'),
+        (['target.npy', 'source.npy', '--guess', 'none.txt'], 1, 'none.txt cannot be read'),
+        (['target.npy', 'source.npy', '--out', 'no/pose.txt'], 1, 'does not exist'),
+        (['target.npy', 'source.npy', '--voxel-size', '0'], 2, 'voxel_size is 0.0'),
+    ],
+)
+def test_bad_input_gets_one_line_and_writes_nothing(files, tmp_path, capsys, argv, code, words):
+    before = sorted(tmp_path.iterdir())
+    assert main(['register', '--out', 'pose.txt', *argv]) == code
+    captured = capsys.readouterr()
+    assert captured.out == ''
+    assert captured.err.startswith('idem: error: ')
+    assert captured.err.count('\n') == 1
+    assert words in captured.err
+    assert sorted(tmp_path.iterdir()) == before

@@ -1,0 +1,137 @@
+import json
+
+import numpy as np
+import pytest
+from recordings import scans, write_sqlite3
+
+from idem_ros.commands.main import main
+from idem_ros.recording.messages import DIAGNOSTICS, TRANSFORM, cloud_message
+from idem_ros.recording.reader import Topic, open_recording
+from idem_ros.recording.writer import write_mcap
+from idem_ros.transform_message import matrix_of, stamp_ns
+
+
+@pytest.fixture
+def folder(tmp_path, rng, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_mcap('scans.mcap', scans(rng))
+    return tmp_path
+
+
+def test_prints_a_table_with_errors_before_and_after(folder, capsys):
+    assert main(['replay', 'scans.mcap']) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ''  # no progress bar where there is no terminal
+    rows = {line[:24].strip(): line[24:].split() for line in captured.out.splitlines()}
+    before, _, after, _ = map(float, rows['rotation error [deg]'])
+    assert before == pytest.approx(2.0)
+    assert after < before
+    assert float(rows['q_tot [nat]'][2]) < float(rows['q_tot [nat]'][0])
+    assert '3 refined (3 converged)' in captured.out
+
+
+def test_json_to_stdout_is_nothing_but_json(folder, capsys):
+    assert main(['replay', 'scans.mcap', '--json', '-']) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)['summary']['frames'] == 3
+    assert '3 refined' in captured.err
+
+
+def test_every_output_holds_the_same_transforms(folder, capsys):
+    argv = ['replay', 'scans.mcap', '--json', 'out.json', '--out', 'out.mcap', '--tum', 'out.tum']
+    assert main(argv) == 0
+    record = json.loads((folder / 'out.json').read_text())
+    with open_recording('out.mcap') as recording:
+        assert recording.topics == {
+            '/diagnostics': Topic(DIAGNOSTICS, 3),
+            '/idem_node/transform': Topic(TRANSFORM, 3),
+        }
+        transforms = [m for _, _, m in recording.messages(['/idem_node/transform'])]
+        diagnostics = [m for _, _, m in recording.messages(['/diagnostics'])]
+    tum = np.loadtxt('out.tum')
+    for frame, transform, diagnostic, line in zip(
+        record['frames'], transforms, diagnostics, tum, strict=True
+    ):
+        expected = np.array(frame['T_target_source'])
+        np.testing.assert_allclose(matrix_of(transform), expected, atol=1e-12)
+        np.testing.assert_allclose(line[1:4], expected[:3, 3], atol=1e-11)
+        assert stamp_ns(transform) == stamp_ns(diagnostic) == frame['stamp_ns']
+        assert line[0] == frame['stamp']
+        assert (transform.header.frame_id, transform.child_frame_id) == ('map', 'lidar')
+        (status,) = diagnostic.status
+        values = {value.key: value.value for value in status.values}
+        assert float(values['q_tot']) == frame['q_tot']
+        assert values['status'] == status.message == 'converged'
+        assert values['dropped'] == '0'
+
+
+def test_topics_are_taken_by_name(folder, rng, capsys):
+    points = [np.random.default_rng(seed).normal(size=(200, 3)) for seed in range(3)]
+    write_mcap(
+        'clouds.mcap',
+        [(f'cloud_{i}', i, cloud_message(p, 0, 'test')) for i, p in enumerate(points)],
+    )
+    assert main(['replay', 'clouds.mcap']) == 1
+    assert 'cloud_0, cloud_1, cloud_2; choose one' in capsys.readouterr().err
+    argv = ['--target-topic', '/cloud_2', '--source-topic', 'cloud_0', '--json', '-']
+    assert main(['replay', 'clouds.mcap', *argv]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)['frames'][0]['translation_error_m'] is None
+    assert 'each source starts from the identity' in captured.err
+
+
+def test_a_recording_cut_off_is_replayed_with_a_warning(folder, rng, capsys):
+    write_mcap('long.mcap', scans(rng, n=4, points=25_000))
+    content = (folder / 'long.mcap').read_bytes()
+    (folder / 'long.mcap').write_bytes(content[: len(content) // 2])
+    assert main(['replay', 'long.mcap', '--voxel-size', '0.2', '--max-iterations', '3']) == 0
+    out = capsys.readouterr().out
+    assert 'note: long.mcap is cut off' in out
+    assert f'of its {len(content) // 2} bytes' in out
+
+
+def test_a_source_that_is_refused_is_reported_with_the_reason(folder, rng, capsys):
+    messages = list(scans(rng))
+    messages[1][2].fields.pop()
+    write_mcap('bad.mcap', messages)
+    assert main(['replay', 'bad.mcap']) == 0
+    out = capsys.readouterr().out
+    assert '2 refined' in out
+    assert "1 x source: it has no field 'z'; its fields: x, y" in out
+
+
+def test_bad_input_gets_one_line_and_leaves_old_outputs(folder, rng, capsys):
+    (folder / 'garbage.mcap').write_bytes(b'garbage' * 10)
+    write_mcap('transforms.mcap', (m for m in scans(rng) if m[0] == '/ground_truth'))
+    nothing = [m for m in scans(rng, n=1) if m[0] != '/source'] + [
+        ('/source', 2 * 10**9, cloud_message(np.full((3, 3), np.nan), 1_100_000_000, 'lidar'))
+    ]
+    write_mcap('nothing.mcap', nothing)
+    write_sqlite3(folder / 'sqlite3', list(scans(rng)))
+    outputs = ['out.json', 'out.mcap', 'out.tum']
+    for output in outputs:
+        (folder / output).write_text('old')
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    cases = [
+        (['nowhere.mcap'], 1, 'nowhere.mcap does not exist'),
+        (['garbage.mcap'], 1, 'garbage.mcap cannot be read'),
+        (['transforms.mcap'], 1, 'has no PointCloud2 topic left for the target'),
+        (['nothing.mcap'], 1, 'none of its 3 points is usable'),
+        (['scans.mcap', '--source-topic', '/lidar'], 1, "has no topic '/lidar'"),
+        (['scans.mcap', '--guess-topic', '/source'], 1, 'must be geometry_msgs'),
+        (['scans.mcap', '--tum', 'no/out.tum'], 1, 'no does not exist'),
+        (['scans.mcap', '--out', 'scans.mcap'], 2, 'a file is named twice'),
+        (['scans.mcap', '--json', 'out.tum'], 2, 'a file is named twice'),
+        (['sqlite3', '--json', 'sqlite3/out.json'], 2, 'outside the recording'),
+        (['scans.mcap', '--out', 'out.bag'], 2, 'must end in .mcap'),
+        (['scans.mcap', '--a', '-1'], 2, 'a is -1.0'),
+    ]
+    options = ['--json', 'out.json', '--out', 'out.mcap', '--tum', 'out.tum']
+    for argv, code, words in cases:
+        assert main(['replay', *options, *argv]) == code, argv
+        captured = capsys.readouterr()
+        assert captured.out == ''
+        assert captured.err.startswith('idem: error: ')
+        assert captured.err.count('\n') == 1
+        assert words in captured.err
+        assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before

@@ -1,0 +1,73 @@
+import subprocess
+import sys
+
+import pytest
+
+from idem_ros.commands import main as module
+from idem_ros.commands.exit_codes import UsageError
+from idem_ros.commands.main import COMMANDS, main
+from idem_ros.core import IdemError
+
+
+def ends_with(error, monkeypatch):
+    def fail(args):
+        raise error
+
+    monkeypatch.setattr(module.register, 'run', fail)
+    return main(['register', 'a.ply', 'b.ply'])
+
+
+@pytest.mark.parametrize(
+    ('error', 'code', 'line'),
+    [
+        (IdemError('scan.ply is empty'), 1, 'idem: error: scan.ply is empty\n'),
+        (UsageError('give one guess each'), 2, 'idem: error: give one guess each\n'),
+        (KeyboardInterrupt(), 130, 'idem: interrupted\n'),
+    ],
+)
+def test_what_a_user_did_is_one_line_and_a_code(monkeypatch, capsys, error, code, line):
+    assert ends_with(error, monkeypatch) == code
+    assert capsys.readouterr().err == line
+
+
+def test_a_mistake_of_ours_is_not_hidden(monkeypatch):
+    with pytest.raises(ZeroDivisionError):
+        ends_with(ZeroDivisionError(), monkeypatch)
+
+
+@pytest.mark.parametrize(
+    'argv', [[], ['regster'], ['register', 'a.ply'], ['register', 'a', 'b', '--voxel', 'x']]
+)
+def test_a_wrong_command_line_is_one_line_and_code_2(capsys, argv):
+    with pytest.raises(SystemExit) as ended:
+        main(argv)
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert error.startswith('idem')
+    assert error.count('\n') == 1
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_every_command_has_help(capsys, command):
+    name = command.__name__.rpartition('.')[2]
+    with pytest.raises(SystemExit) as ended:
+        main([name, '--help'])
+    assert ended.value.code == 0
+    assert f'idem {name}' in capsys.readouterr().out
+
+
+def test_a_reader_that_goes_away_leaves_no_traceback():
+    script = (
+        'import sys; from idem_ros.commands import main as module;'
+        'module.register.run = lambda args: print("x" * 2**20);'
+        'sys.exit(module.main(["register", "a", "b"]))'
+    )
+    run = subprocess.Popen(
+        [sys.executable, '-c', script], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    run.stdout.read(1)
+    run.stdout.close()
+    error = run.stderr.read()
+    run.stderr.close()
+    assert run.wait() == 1
+    assert error == b''

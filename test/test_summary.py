@@ -1,0 +1,105 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from recordings import scans
+
+from idem_ros.evaluation.replay import replay
+from idem_ros.evaluation.summary import json_record, summary, table
+from idem_ros.pairing import Refusal
+from idem_ros.recording.writer import write_mcap
+
+
+@pytest.fixture(scope='module')
+def replayed(tmp_path_factory):
+    path = tmp_path_factory.mktemp('summary') / 'scans.mcap'
+    write_mcap(path, scans(np.random.default_rng(0)))
+    return replay(path)
+
+
+def without_truth(replayed):
+    frames = tuple(replace(frame, truth=None) for frame in replayed.frames)
+    return replace(replayed, frames=frames, topics=replace(replayed.topics, truth=None))
+
+
+def test_the_record_has_what_the_readme_promises(replayed):
+    record = json.loads(json.dumps(json_record(replayed), allow_nan=False))
+    assert list(record) == ['bag', 'frames', 'summary']
+    assert record['bag'] == replayed.path
+    frame = record['frames'][0]
+    refinement = replayed.frames[0].refinement
+    assert (frame['stamp'], frame['stamp_ns']) == (1.1, 1_100_000_000)
+    assert frame['T_target_source'] == refinement.result.T_target_source.tolist()
+    assert frame['q_tot'] == refinement.result.q_tot
+    assert frame['status'] == 'converged'
+    assert frame['time_ms'] == refinement.time_ms
+    assert frame['translation_error_m'] < frame['translation_error_m_before']
+    assert frame['rotation_error_deg'] < frame['rotation_error_deg_before']
+
+
+def test_the_summary_is_of_all_frames(replayed):
+    numbers = summary(replayed)
+    assert numbers['frames'] == 3
+    times = [frame.refinement.time_ms for frame in replayed.frames]
+    assert numbers['time_ms'] == {
+        'median': np.median(times),
+        'p95': pytest.approx(np.percentile(times, 95)),
+    }
+    after = [frame.error_after().rotation_deg for frame in replayed.frames]
+    assert numbers['rotation_error_deg']['after'] == {
+        'median': np.median(after),
+        'p90': pytest.approx(np.percentile(after, 90)),
+    }
+    assert numbers['rotation_error_deg']['before']['median'] == pytest.approx(2.0, abs=1e-6)
+    assert numbers['translation_error_m']['after']['median'] < 0.05
+
+
+def test_what_is_unknown_is_null(replayed):
+    record = json_record(without_truth(replayed))
+    assert record['frames'][0]['translation_error_m'] is None
+    assert record['frames'][0]['rotation_error_deg_before'] is None
+    unknown = {'median': None, 'p90': None}
+    assert record['summary']['translation_error_m'] == {'before': unknown, 'after': unknown}
+
+
+def test_no_frames_are_a_valid_record(replayed):
+    record = json_record(replace(replayed, frames=()))
+    assert record['summary']['frames'] == 0
+    assert record['summary']['time_ms'] == {'median': None, 'p95': None}
+    json.dumps(record, allow_nan=False)
+
+
+def test_the_table_shows_errors_only_with_truth(replayed):
+    assert 'rotation error [deg]' in table(replayed)
+    assert 'rotation error' not in table(without_truth(replayed))
+    assert 'truth none' in table(without_truth(replayed))
+
+
+def test_the_table_accounts_for_every_source(replayed):
+    refused = tuple(Refusal(stamp, f'reason {stamp // 2}') for stamp in range(14))
+    text = table(
+        replace(
+            replayed,
+            refused=refused,
+            dropped=4,
+            unpaired=5,
+            unpaired_for='initial_guess',
+            notes=('it was cut off',),
+        )
+    )
+    assert '3 refined (3 converged)' in text
+    assert '14 refused:' in text
+    assert '  2 x reason 0' in text
+    assert 'and 2 other reasons' in text
+    assert '4 dropped' in text
+    assert '5 unpaired at the end: no initial_guess for them' in text
+    assert 'note: it was cut off' in text
+
+
+def test_points_left_out_are_counted(replayed):
+    first = replayed.frames[0]
+    refinement = replace(first.refinement, dropped_zero=7, dropped_nonfinite=2)
+    text = table(replace(replayed, frames=(replace(first, refinement=refinement),)))
+    assert 'not finite: 2' in text
+    assert 'exactly zero: 7' in text
