@@ -4,12 +4,11 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.se3 import checked_transform
-from idem_ros.transform_message import translation_and_quaternion
+from idem_ros.transform_message import matrix_from, translation_and_quaternion
 
 EXPECTED = 'four rows of four numbers, or one line t x y z qx qy qz qw'
 
@@ -28,7 +27,8 @@ def read_pose(path):
         (4, 4) float64, its rotation made exactly orthonormal.
 
     Raises:
-        UnreadablePose: no such file, other content, or a matrix that is no rigid transform.
+        UnreadablePose: no such file, or other content.
+        InvalidTransform: numbers that are no rigid transform.
     """
     path = Path(path)
     try:
@@ -41,7 +41,7 @@ def read_pose(path):
         reason = ' '.join(str(error).split())
         raise UnreadablePose(f'{path} is no pose; it must hold {EXPECTED}: {reason}') from error
     try:
-        return checked_transform(_matrix(numbers, path), 'the matrix')
+        return checked_transform(_matrix(numbers), 'the matrix')
     except IdemError as error:
         raise type(error)(f'{path}: {error}') from error
 
@@ -65,15 +65,9 @@ def _tum_line(stamp, transform):
     return f'{seconds}.{nanoseconds:09d} {numbers}\n'
 
 
-def _matrix(numbers, path):
+def _matrix(numbers):
     if numbers.shape == (4, 4):
         return numbers
     if numbers.shape != (1, 8):
         raise UnreadablePose(f'it holds numbers of shape {numbers.shape}; it must hold {EXPECTED}')
-    quaternion = numbers[0, 4:]
-    if not np.isfinite(quaternion).all() or np.linalg.norm(quaternion) < 1e-6:
-        raise UnreadablePose(f'its quaternion {quaternion} is no rotation')
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
-    matrix[:3, 3] = numbers[0, 1:4]
-    return matrix
+    return matrix_from(numbers[0, 1:4], numbers[0, 4:])

@@ -1,11 +1,13 @@
 """TransformStamped-like messages to 4x4 matrices and back; imports no ROS."""
 
+import math
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import InvalidTransform
 
-SMALLEST_NORM = 1e-6
+LARGEST_NORM = 1e6
 
 
 def stamp_ns(message):
@@ -22,17 +24,22 @@ def matrix_of(message):
             is normalised.
 
     Raises:
-        InvalidTransform: a value is not finite, or the quaternion is zero.
+        InvalidTransform: a value is not finite, or the quaternion is no rotation.
     """
     t, q = message.transform.translation, message.transform.rotation
-    translation = np.array([t.x, t.y, t.z], dtype=np.float64)
-    quaternion = np.array([q.x, q.y, q.z, q.w], dtype=np.float64)
+    return matrix_from((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+
+
+def matrix_from(translation, quaternion):
+    """Return the (4, 4) transform of (x, y, z) and (qx, qy, qz, qw), see `matrix_of`."""
+    translation = np.array(translation, dtype=np.float64)
+    quaternion = np.array(quaternion, dtype=np.float64)
     if not (np.isfinite(translation).all() and np.isfinite(quaternion).all()):
         raise InvalidTransform(
             f'the transform is not finite: translation {translation}, quaternion {quaternion}'
         )
-    norm = np.linalg.norm(quaternion)
-    if norm < SMALLEST_NORM:
+    norm = math.hypot(*quaternion)
+    if not 1 / LARGEST_NORM < norm < LARGEST_NORM:
         raise InvalidTransform(
             f'the quaternion (x, y, z, w) is {quaternion}; it must have length 1 '
             '(0 0 0 1 for no rotation)'

@@ -33,6 +33,8 @@ def test_the_quaternion_is_normalised():
     'changes',
     [
         {'quaternion': (0.0, 0.0, 0.0, 0.0)},
+        {'quaternion': (0.0, 0.0, 1e-200, 0.0)},
+        {'quaternion': (0.0, 0.0, 1e200, 0.0)},
         {'quaternion': (np.nan, 0.0, 0.0, 1.0)},
         {'translation': (0.0, np.inf, 0.0)},
     ],
