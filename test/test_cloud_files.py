@@ -146,6 +146,14 @@ def test_a_file_that_is_cut_off_is_refused(tmp_path, points, write):
         read_cloud(path)
 
 
+def test_a_binary_pcd_that_is_cut_off_between_two_points_is_refused(tmp_path, points):
+    path = tmp_path / 'scan.pcd'
+    PointCloud.from_xyz_points(points).save(path, Encoding.BINARY)
+    path.write_bytes(path.read_bytes()[: -5 * 12])
+    with pytest.raises(UnreadableCloud, match='35 points where the header says 40'):
+        read_cloud(path)
+
+
 def test_no_pickle_is_opened(tmp_path):
     np.save(tmp_path / 'scan.npy', np.array([{}], dtype=object), allow_pickle=True)
     with pytest.raises(UnreadableCloud, match='scan.npy'):

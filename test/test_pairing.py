@@ -61,6 +61,14 @@ def test_the_target_is_the_newest_that_is_not_later_than_the_source(pairing):
     assert pair.target.header.stamp.nanosec == 5
 
 
+def test_a_target_may_have_the_stamp_of_the_source(pairing):
+    for stamp in (5, 6, 7):
+        pairing.add_target(cloud(stamp))
+    pairing.add_guess(guess(0))
+    (pair,) = pairing.add_source(cloud(6))
+    assert pair.target.header.stamp.nanosec == 6
+
+
 def test_of_targets_with_the_same_stamp_the_last_received_is_taken(pairing):
     pairing.add_target(cloud(0))
     last = cloud(0)
@@ -214,3 +222,12 @@ def test_a_recording_in_a_loop_does_not_use_guesses_of_the_pass_before(pairing):
     again = guess(9)
     (pair,) = pairing.add_guess(again)
     assert pair.guess is again
+
+
+def test_a_guess_that_goes_back_in_time_ends_the_pass_before(pairing):
+    pairing.add_target(cloud(1))
+    pairing.add_guess(guess(30))
+    pairing.add_guess(guess(8))
+    assert pairing.add_source(cloud(9)) == []
+    (pair,) = pairing.add_guess(guess(12))
+    assert pair.guess.header.stamp.nanosec == 8

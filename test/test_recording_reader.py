@@ -115,6 +115,16 @@ def test_of_a_cut_off_mcap_the_beginning_is_read_with_a_warning_that_says_how_mu
     assert f'of its {size} bytes' in warning
 
 
+def test_a_damaged_chunk_of_a_cut_off_mcap_is_not_believed(long_recording):
+    content = bytearray(long_recording.read_bytes()[:-100])
+    middle = len(content) // 2
+    content[middle : middle + 8] = bytes(8)
+    long_recording.write_bytes(content)
+    with open_recording(long_recording) as recording:
+        assert 4 <= len(list(recording.messages(recording.topics))) <= 13
+    assert 'cut off or damaged' in recording.warnings[0]
+
+
 def test_messages_outside_of_chunks_are_salvaged_one_by_one(tmp_path, rng):
     path = tmp_path / 'unchunked.mcap'
     messages = list(scans(rng))

@@ -51,6 +51,8 @@ def test_the_summary_is_of_all_frames(replayed):
         'median': np.median(after),
         'p90': pytest.approx(np.percentile(after, 90)),
     }
+    before = [frame.refinement.q_tot_before for frame in replayed.frames]
+    assert numbers['q_tot']['before']['p90'] == pytest.approx(np.percentile(before, 90))
     assert numbers['rotation_error_deg']['before']['median'] == pytest.approx(2.0, abs=1e-6)
     assert numbers['translation_error_m']['after']['median'] < 0.05
 
