@@ -1,0 +1,93 @@
+"""`idem play`: publish a recording on live ROS 2 topics."""
+
+import sys
+from argparse import ArgumentTypeError
+
+from idem_ros.commands.exit_codes import INTERRUPTED, OK
+from idem_ros.commands.rclpy_needed import require_rclpy
+
+PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'play',
+        help='publish a recording on live ROS 2 topics (needs rclpy)',
+        description='Publish every message of BAG on its topic, at the pace of the log times. '
+        f'Waits up to {PATIENCE:.0f} s for a subscriber before it starts. All topics are '
+        'reliable; those that hold one message, or whose name ends in "target", are latched.',
+    )
+    parser.add_argument(
+        'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
+    )
+    parser.add_argument(
+        '--rate', type=_rate, default=1.0, metavar='R', help='times the recorded pace (default: 1)'
+    )
+    parser.add_argument('--loop', action='store_true', help='start over at the end, until Ctrl-C')
+    parser.add_argument(
+        '--clock', action='store_true', help='publish each log time on /clock, for use_sim_time'
+    )
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Play the recording, say what was skipped."""
+    require_rclpy('play')
+    from idem_ros.node.player import Player, playing_node
+    from idem_ros.recording.reader import open_recording
+
+    with open_recording(args.bag) as recording, playing_node('idem_play') as node:
+        player = Player(node, recording, with_clock=args.clock)
+        for topic, reason in player.skipped.items():
+            _say(f'skips {topic}: {reason}')
+        _say(f'waits up to {PATIENCE:.0f} s for a subscriber of {", ".join(player.topics)}')
+        if not player.wait_for_subscribers(PATIENCE):
+            _say('nobody listens; plays all the same')
+        try:
+            count = _play_pass(player, recording, args.rate)
+            while args.loop and count:
+                count += _play_pass(player, recording, args.rate)
+        except SystemExit as signalled:
+            if not args.loop or signalled.code != INTERRUPTED:
+                raise
+            return OK  # Ctrl-C is how a loop ends
+        if not player.finish(PATIENCE):
+            _say(f'a subscriber has not acknowledged everything after {PATIENCE:.0f} s')
+        print(f'{recording.path}: {count} messages of {len(player.topics)} topics played')
+    for warning in dict.fromkeys(recording.warnings):
+        _say(warning)
+    return OK
+
+
+def _play_pass(player, recording, rate):
+    """Publish the recording once; return how many messages that were."""
+    from tqdm import tqdm
+
+    from idem_ros.node.player import Pace
+
+    pace, count, skipped = Pace(rate), 0, set(player.skipped)
+    total = sum(recording.topics[name].count for name in player.topics)
+    messages = recording.messages(player.topics)
+    for topic, log_time, message in tqdm(
+        messages, total=total, unit='msg', leave=False, disable=None
+    ):
+        pace.wait(log_time)
+        count += player.publish(topic, log_time, message)
+    for topic in player.skipped.keys() - skipped:
+        _say(f'skips {topic}: {player.skipped[topic]}')
+    return count
+
+
+def _rate(text):
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = 0.0
+    if not 0.0 < rate < float('inf'):
+        raise ArgumentTypeError(f'{text!r} is no number above 0')
+    return rate
+
+
+def _say(text):
+    print(f'idem play: {text}', file=sys.stderr)
