@@ -38,7 +38,7 @@ def start():
 
     yield start
     for process in processes:
-        process.kill()
+        process.terminate()
         process.wait()
         process.stdout.close()
         process.stderr.close()

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from conftest import ROOT
 from live import LONG, own_environment, wait_for_line
 
 COMMAND = [sys.executable, '-m', 'idem_ros.node.registration_node']
@@ -23,7 +24,7 @@ def start():
 
     yield start
     for process in processes:
-        process.kill()
+        process.terminate()
         process.wait()
         process.stderr.close()
 
@@ -55,6 +56,11 @@ def test_sigint_ends_a_node_that_a_script_started_in_the_background(start):
     node.send_signal(signal.SIGINT)
     node.communicate(timeout=LONG)
     assert node.returncode == 0
+
+
+def test_node_starts_with_the_parameter_file_of_the_package(start):
+    node = start('--ros-args', '--params-file', str(ROOT / 'config' / 'refine.yaml'))
+    wait_for_line(node.stderr, 'ready')
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,74 @@
+"""The files that a robot starts the node with."""
+
+import runpy
+import sys
+from dataclasses import fields
+from types import ModuleType, SimpleNamespace
+
+import pytest
+from live import own_graph
+
+# isort: split
+import yaml
+from conftest import ROOT
+
+from idem_ros.core import RegistrationConfig
+from idem_ros.node.adapter import RegistrationNode
+from idem_ros.node.parameters import default_of
+from idem_ros.node.subscription_config import SubscriptionConfig
+
+
+def test_parameter_file_holds_every_parameter_with_its_default():
+    content = yaml.safe_load((ROOT / 'config' / 'refine.yaml').read_text())
+    given = content['/**']['ros__parameters']
+    expected = [*fields(RegistrationConfig), *fields(SubscriptionConfig)]
+    assert given == {field.name: default_of(field) for field in expected}
+    assert list(given) == [field.name for field in expected]
+
+
+@pytest.fixture
+def launched(monkeypatch):
+    """What the launch file declares, where `launch` is not installed (it has no wheel)."""
+
+    def record(*positional, **keywords):
+        return SimpleNamespace(positional=positional, **keywords)
+
+    contents = {
+        'ament_index_python.packages': {'get_package_share_directory': lambda name: str(ROOT)},
+        'launch': {'LaunchDescription': list},
+        'launch.actions': {'DeclareLaunchArgument': record},
+        'launch.substitutions': {'LaunchConfiguration': lambda name: f'$({name})'},
+        'launch_ros': {},
+        'launch_ros.actions': {'Node': record},
+    }
+    for name, attributes in contents.items():
+        module = ModuleType(name)
+        vars(module).update(attributes)
+        monkeypatch.setitem(sys.modules, name, module)
+    file = runpy.run_path(str(ROOT / 'launch' / 'refine.launch.py'))
+    return file['generate_launch_description']()
+
+
+def test_launch_file_starts_the_node_that_setup_installs(launched):
+    node = launched[-1]
+    assert (node.package, node.executable) == ('idem_ros', 'idem_node')
+    assert f"'{node.executable} = idem_ros.node" in (ROOT / 'setup.py').read_text()
+
+
+def test_launch_file_remaps_every_input_by_an_argument(launched):
+    *arguments, node = launched
+    names = [argument.positional[0] for argument in arguments]
+    with own_graph() as context:
+        real = RegistrationNode(context=context)
+        inputs = [each.topic_name.rpartition('/')[2] for each in real.subscriptions]
+        real.destroy_node()
+    assert {f'~/{name}': f'$({name})' for name in inputs if name != 'parameter_events'} == dict(
+        node.remappings
+    )
+    assert {value.strip('$()') for value in dict(node.remappings).values()} <= set(names)
+
+
+def test_launch_file_takes_the_parameter_file_that_exists(launched):
+    (argument,) = [each for each in launched[:-1] if each.positional == ('params_file',)]
+    assert argument.default_value == str(ROOT / 'config' / 'refine.yaml')
+    assert launched[-1].parameters[0] == '$(params_file)'
