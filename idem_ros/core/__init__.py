@@ -1,25 +1,34 @@
 """The metric and its solver: arrays in, numbers out; no ROS, no files."""
 
-from idem_ros.core.cloud import Cloud
+from importlib import import_module
+
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, InvalidTransform
-from idem_ros.core.metric import fourth_neighbor_distance, q_per_point, q_tot, search_radius
-from idem_ros.core.registration import RegistrationResult, Status, register
-from idem_ros.core.warm_up import warm_up
+
+# Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
+_LOADED_LATER = {
+    'Cloud': 'cloud',
+    'RegistrationResult': 'registration',
+    'Status': 'registration',
+    'fourth_neighbor_distance': 'metric',
+    'q_per_point': 'metric',
+    'q_tot': 'metric',
+    'register': 'registration',
+    'search_radius': 'metric',
+    'warm_up': 'kernels',
+}
 
 __all__ = [
-    'Cloud',
     'IdemError',
     'InvalidCloud',
     'InvalidConfig',
     'InvalidTransform',
     'RegistrationConfig',
-    'RegistrationResult',
-    'Status',
-    'fourth_neighbor_distance',
-    'q_per_point',
-    'q_tot',
-    'register',
-    'search_radius',
-    'warm_up',
+    *_LOADED_LATER,
 ]
+
+
+def __getattr__(name):
+    if name not in _LOADED_LATER:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    return getattr(import_module(f'{__name__}.{_LOADED_LATER[name]}'), name)

@@ -55,7 +55,7 @@ class Cloud:
 
     def _init_from(self, points, raw):
         self.points, self.raw = points, raw
-        self._fourth_neighbor_distance = None
+        self._fourth_neighbor_distance = {}
         self._neighbourhoods = {}
         self._reduced = {}
 
@@ -65,16 +65,19 @@ class Cloud:
     def __repr__(self):
         return f'Cloud({len(self)} points)'
 
-    def fourth_neighbor_distance(self):
-        """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted."""
-        if self._fourth_neighbor_distance is None:
+    def fourth_neighbor_distance(self, most=None):
+        """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.
+
+        Of every point, or of every n-th, at least `most` of them; computed once.
+        """
+        if most not in self._fourth_neighbor_distance:
             if len(self) < 5:
                 raise InvalidCloud(
                     f'a cloud of {len(self)} points has no fourth neighbour; '
                     'give a radius, or at least 5 points'
                 )
-            self._fourth_neighbor_distance = mean_fourth_neighbor_distance(self.points)
-        return self._fourth_neighbor_distance
+            self._fourth_neighbor_distance[most] = mean_fourth_neighbor_distance(self.points, most)
+        return self._fourth_neighbor_distance[most]
 
     def neighbourhoods(self, radius, scale):
         """Own moments and entropies at a radius, of lengths over a scale; computed once.

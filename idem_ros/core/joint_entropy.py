@@ -25,6 +25,7 @@ class JointEntropy:
     """
 
     def __init__(self, target, source, radius, length_scale, skin=SKIN):
+        self.radius = radius
         self.r2 = radius * radius * TIE
         self.scale = radius if length_scale == 'radius' else 1.0
         self.noise = (NOISE * radius) ** 2

@@ -8,6 +8,8 @@ from idem_ros.core.config import LENGTH_SCALES
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.joint_entropy import JointEntropy, between_origins
 
+SAMPLE = 2048  # points, at least, that the spacing of a cloud is estimated from
+
 
 def q_tot(target, source, T_target_source=None, *, a=1.0, radius=None, length_scale='radius'):
     """Return q_tot, the entropy of the joint cloud minus that of its parts (Eq. 8) [nat].
@@ -62,13 +64,22 @@ def fourth_neighbor_distance(points):
 
 def search_radius(target, source, a=1.0):
     """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) (Eq. 9 and the text after it)."""
-    target, source = as_cloud(target), as_cloud(source)
-    a = _checked_positive('a', a)
+    return _weighted_radius(_checked_positive('a', a), as_cloud(target), as_cloud(source))
+
+
+def rounded_search_radius(target, source, a):
+    """Return the search radius from a sample of both clouds, rounded to an eighth of an octave.
+
+    A target prepared at one radius then serves every source of about the same spacing.
+    """
+    radius = _weighted_radius(a, target, source, SAMPLE)
+    return 0.0 if radius == 0.0 else float(2.0 ** (np.round(8.0 * np.log2(radius)) / 8.0))
+
+
+def _weighted_radius(a, target, source, most=None):
+    r_target, r_source = (c.fourth_neighbor_distance(most) for c in (target, source))
     n_target, n_source = len(target), len(source)
-    weighted = (
-        target.fourth_neighbor_distance() * n_source + source.fourth_neighbor_distance() * n_target
-    )
-    return a * weighted / (n_target + n_source)
+    return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
 
 
 def overlap_of(reach_target, reach_source):

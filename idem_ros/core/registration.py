@@ -9,9 +9,10 @@ from idem_ros.core import se3
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
-from idem_ros.core.metric import overlap_of, search_radius
+from idem_ros.core.metric import overlap_of, rounded_search_radius
 from idem_ros.core.solver import minimize_on_se3
 
+EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
 LEAST_POINTS = 5  # a point and its four neighbours
 
 
@@ -65,16 +66,17 @@ def register(target, source, T_target_source=None, config=None):
     finest = [_finest(cloud, config.voxel_size) for cloud in (target, source)]
     if min(len(cloud) for cloud in finest) < LEAST_POINTS:
         return _without_solution(T, Status.TOO_FEW_POINTS)
-    radius = search_radius(*finest, config.a)  # Eq. 9
+    radius = rounded_search_radius(*finest, config.a)  # Eq. 9
     if radius == 0.0:
         return _without_solution(T, Status.DEGENERATE)
     T, iterations = between_origins(target, source, T), 0
-    for factor in config.radius_schedule:
+    for stage, factor in enumerate(config.radius_schedule, 1):
+        last = stage == len(config.radius_schedule)
         clouds = [_stage(cloud, config.voxel_size or radius, factor) for cloud in finest]
         joint = JointEntropy(*clouds, factor * radius, config.length_scale)
-        solution = minimize_on_se3(joint.linearize, T, **_tolerances(config, factor * radius))
+        solution = minimize_on_se3(joint.linearize, T, **_termination(config, joint.radius, last))
         T, iterations = solution.transform, iterations + solution.iterations
-    return _result(target, source, joint, solution, iterations, factor * radius)
+    return _result(target, source, joint, solution, iterations)
 
 
 def _finest(cloud, voxel_size):
@@ -86,15 +88,16 @@ def _stage(finest, spacing, factor):
     return finest if factor <= 1.0 else finest.reduced(factor * spacing)
 
 
-def _tolerances(config, radius):
+def _termination(config, radius, last):
+    ease = 1.0 if last else EASE
     return {
         'max_iterations': config.max_iterations,
-        'rotation_tolerance': config.rotation_tolerance,
-        'distance_tolerance': config.translation_tolerance * radius,
+        'rotation_tolerance': ease * config.rotation_tolerance,
+        'distance_tolerance': ease * config.translation_tolerance * radius,
     }
 
 
-def _result(target, source, joint, solution, iterations, radius):
+def _result(target, source, joint, solution, iterations):
     (q_target, reach_target), (q_source, reach_source) = joint.per_point(solution.transform)
     q = float(q_target.sum() + q_source.sum())
     within, overlap = overlap_of(reach_target, reach_source)
@@ -111,7 +114,7 @@ def _result(target, source, joint, solution, iterations, radius):
         q_tot=q,
         q_mean=q / within if within else 0.0,
         overlap=overlap,
-        radius=radius,
+        radius=joint.radius,
         information=_in_ros_order(solution.matrix, target.origin),
     )
 
