@@ -15,7 +15,7 @@ _LOADED_LATER = {
     'q_tot': 'metric',
     'register': 'registration',
     'search_radius': 'metric',
-    'warm_up': 'kernels',
+    'warm_up': 'compilation',
 }
 
 __all__ = [
