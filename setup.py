@@ -7,6 +7,7 @@ from setuptools import find_packages, setup
 PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
+TEST = ['pytest', 'hypothesis', 'ruff']
 BENCH = ['small_gicp', 'psutil']
 
 setup(
@@ -29,7 +30,7 @@ setup(
         'pypcd4',
         'tqdm',
     ],
-    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': ['pytest', 'hypothesis', 'ruff']},
+    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': TEST},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

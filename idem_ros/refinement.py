@@ -28,8 +28,8 @@ class Refinement:
     T_guess: NDArray
     """(4, 4), source in target frame, as it was given."""
     result: RegistrationResult
-    q_tot_before: float
-    """q_tot at the guess, at the radius of `result.q_tot` [nat]."""
+    q_tot_before: float | None
+    """q_tot at the guess, at the radius of `result.q_tot` [nat]; None: not asked for."""
     time_ms: float
     """Reading the messages and registering; without `q_tot_before`."""
     points_target: int
@@ -41,10 +41,16 @@ class Refinement:
 
 
 class Refiner:
-    """Refines pairs; a target that stays the same message is read and prepared once."""
+    """Refines pairs; a target that stays the same message is read and prepared once.
 
-    def __init__(self, config=None):
+    Args:
+        config: `RegistrationConfig`; None: its defaults.
+        judge_guess: whether q_tot is evaluated at the guess, too.
+    """
+
+    def __init__(self, config=None, judge_guess=False):
         self._config = RegistrationConfig() if config is None else config
+        self._judge_guess = judge_guess
         self._target_message = None
         self._target = None
         self._target_read = None
@@ -65,13 +71,16 @@ class Refiner:
         source = Cloud(source_read.points)
         result = register(target, source, T_guess, self._config)
         time_ms = (perf_counter_ns() - start) / 1e6
+        judged = (
+            self._q_tot_at(T_guess, target, source, result.radius) if self._judge_guess else None
+        )
         return Refinement(
             stamp=pair.stamp,
             target_frame=pair.target.header.frame_id or pair.guess.header.frame_id,
             source_frame=pair.source.header.frame_id or pair.guess.child_frame_id,
             T_guess=T_guess,
             result=result,
-            q_tot_before=self._q_tot_at(T_guess, target, source, result.radius),
+            q_tot_before=judged,
             time_ms=time_ms,
             points_target=len(target_read.points),
             points_source=len(source_read.points),

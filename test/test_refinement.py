@@ -46,15 +46,15 @@ def test_the_result_is_that_of_the_core(rng):
 @pytest.mark.parametrize('voxel_size', [None, 0.1])
 def test_q_tot_before_is_comparable_with_q_tot_after(pair, voxel_size):
     config = RegistrationConfig(voxel_size=voxel_size)
-    refined = Refiner(config).refine(pair)
+    refined = Refiner(config, judge_guess=True).refine(pair)
     from_result = replace(pair, guess=transform_message(refined.result.T_target_source, 5, '', ''))
-    again = Refiner(replace(config, max_iterations=1)).refine(from_result)
+    again = Refiner(replace(config, max_iterations=1), judge_guess=True).refine(from_result)
     assert again.q_tot_before == pytest.approx(refined.result.q_tot, rel=1e-6)
     assert refined.result.q_tot < refined.q_tot_before
 
 
 def test_q_tot_before_is_that_of_the_metric(pair):
-    refined = Refiner().refine(pair)
+    refined = Refiner(judge_guess=True).refine(pair)
     points = [refinement.read_points(cloud).points for cloud in (pair.target, pair.source)]
     expected = q_tot(*points, refined.T_guess, radius=refined.result.radius)
     assert refined.q_tot_before == pytest.approx(expected, rel=1e-12)
@@ -117,7 +117,7 @@ def test_points_left_out_of_both_clouds_are_counted(rng):
 
 def test_too_few_points_are_a_status(pair):
     few = cloud_message(np.eye(3), 1, 'lidar')
-    refined = Refiner().refine(replace(pair, source=few))
+    refined = Refiner(judge_guess=True).refine(replace(pair, source=few))
     assert refined.result.status is Status.TOO_FEW_POINTS
     assert refined.q_tot_before == 0.0
     assert level(refined) == WARN

@@ -100,7 +100,7 @@ def replay(
         names = [name for name in vars(topics).values() if name]
         total = sum(recording.topics[name].count for name in names)
         warm_up()
-        pass_ = _Pass(topics, Refiner(config))
+        pass_ = _Pass(topics, Refiner(config, judge_guess=True))
         for topic, log_time, message in progress(recording.messages(names), total):
             pass_.add(topic, log_time, message)
         return pass_.finished(str(path), recording.warnings)
