@@ -17,6 +17,7 @@ from idem_ros.core import InvalidConfig, RegistrationConfig
         ({'length_scale': 'm'}, "length_scale is 'm'"),
         ({'max_iterations': 0}, 'max_iterations is 0'),
         ({'max_iterations': 2.5}, 'max_iterations is 2.5'),
+        ({'threads': 0}, 'threads is 0'),
         ({'rotation_tolerance': -1e-5}, 'rotation_tolerance is -1e-05'),
         ({'translation_tolerance': None}, 'translation_tolerance is None'),
     ],

@@ -108,6 +108,19 @@ def test_the_same_input_gives_the_same_bits(pair):
     np.testing.assert_array_equal(first.information, again.information)
 
 
+@pytest.mark.parametrize('voxel_size', [None, 0.02])
+def test_the_number_of_threads_changes_no_bit(rng, voxel_size):
+    target, source = surface(rng, 9000, 0.003), surface(rng, 7000, 0.003)
+    start = motion(rng, 3, 0.03)
+    one, three = (
+        register(target, source, start, RegistrationConfig(voxel_size=voxel_size, threads=n))
+        for n in (1, 3)
+    )
+    np.testing.assert_array_equal(one.T_target_source, three.T_target_source)
+    np.testing.assert_array_equal(one.information, three.information)
+    assert one.q_tot == three.q_tot
+
+
 def test_a_prepared_target_is_not_prepared_again(pair):
     target, source, truth = pair
     prepared = Cloud(target)

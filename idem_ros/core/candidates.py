@@ -10,11 +10,12 @@ import numpy as np
 from numba import njit
 
 from idem_ros.core import se3
+from idem_ros.core.blocks import in_blocks
 from idem_ros.core.grid import bounds, neighbours
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import into_frame
 
-SKIN = 0.2  # of the radius: the later steps of a stage move less, and share one list
+SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
 EXPECTED = 16  # candidates a point; the list grows where there are more
 
 
@@ -34,29 +35,31 @@ class CandidatePairs(NamedTuple):
     corners: np.ndarray  # (8, 3) of a box around the source
 
 
-def candidate_pairs(target, source, T_target_source, reach):
+def candidate_pairs(target, source, T_target_source, reach, threads=1):
     """Enumerate all pairs of two grids within reach, which is at most a cell of either."""
     if len(source.points) <= len(target.points):
-        of_source = _candidates(source.points, target, se3.inverse(T_target_source), reach)
+        of_source = _candidates(
+            source.points, target, se3.inverse(T_target_source), reach, threads
+        )
         of_target = Candidates(*_transposed(*of_source, len(target.points)))
     else:
-        of_target = _candidates(target.points, source, T_target_source, reach)
+        of_target = _candidates(target.points, source, T_target_source, reach, threads)
         of_source = Candidates(*_transposed(*of_target, len(source.points)))
     low, high = bounds(source.points)
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
     return CandidatePairs(of_target, of_source, T_target_source, corners)
 
 
-def _candidates(points, grid, T_points_grid, reach):
+def _candidates(points, grid, T_points_grid, reach, threads):
     R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
-    first, found = np.empty(len(points) + 1, np.int64), np.empty(len(grid.points) + 1, np.int32)
-    member = np.empty(EXPECTED * len(points), np.int32)
-    first[0] = done = 0
-    while True:
-        done = _enumerate(points, R, t, grid, reach**2, found, done, first, member)
-        if done == len(points):
-            return Candidates(first, member[: first[-1]])
-        member = np.concatenate([member, np.empty(len(member) + len(found), np.int32)])
+
+    def enumerate_block(begin, end):
+        return _enumerate(points[begin:end], R, t, grid, reach**2)
+
+    blocks = in_blocks(len(points), threads, enumerate_block)
+    first = np.zeros(len(points) + 1, np.int64)
+    np.cumsum(np.concatenate([count for count, _ in blocks]), out=first[1:])
+    return Candidates(first, np.concatenate([member for _, member in blocks]))
 
 
 def still_hold(pairs, T_target_source, skin):
@@ -68,21 +71,24 @@ def still_hold(pairs, T_target_source, skin):
 
 
 @njit(**JIT)
-def _enumerate(points, R, t, grid, r2, found, begin, first, member):
-    """Write the candidates of points from begin on until member is full; return where it stopped.
+def _enumerate(points, R, t, grid, r2):
+    """Return how many candidates each point has, and all of them in a row.
 
     R, t take the grid's frame to that of the points.
     """
-    for i in range(begin, points.shape[0]):
+    n = points.shape[0]
+    count, member = np.empty(n, np.int64), np.empty(EXPECTED * n, np.int32)
+    found = np.empty(grid.points.shape[0] + 1, np.int32)
+    at = 0
+    for i in range(n):
         x, y, z = into_frame(points[i], R, t)
-        n = neighbours(x, y, z, grid, r2, found)
-        at = first[i]
-        if at + n > member.shape[0]:
-            return i
-        for c in range(n):
-            member[at + c] = found[c]
-        first[i + 1] = at + n
-    return points.shape[0]
+        count[i] = np.int64(neighbours(x, y, z, grid, r2, found))
+        while at + count[i] > member.shape[0]:
+            member = np.concatenate((member, np.empty_like(member)))
+        for c in range(np.uint64(count[i])):
+            member[np.uint64(at) + c] = found[c]
+        at += count[i]
+    return count, member[:at]
 
 
 @njit(**JIT)

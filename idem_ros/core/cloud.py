@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from idem_ros.core.blocks import in_blocks
 from idem_ros.core.candidates import SKIN
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
@@ -65,7 +66,7 @@ class Cloud:
     def __repr__(self):
         return f'Cloud({len(self)} points)'
 
-    def fourth_neighbor_distance(self, most=None):
+    def fourth_neighbor_distance(self, most=None, threads=1):
         """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.
 
         Of every point, or of every n-th, at least `most` of them; computed once.
@@ -76,26 +77,33 @@ class Cloud:
                     f'a cloud of {len(self)} points has no fourth neighbour; '
                     'give a radius, or at least 5 points'
                 )
-            self._fourth_neighbor_distance[most] = mean_fourth_neighbor_distance(self.points, most)
+            self._fourth_neighbor_distance[most] = mean_fourth_neighbor_distance(
+                self.points, most, threads
+            )
         return self._fourth_neighbor_distance[most]
 
-    def neighbourhoods(self, radius, scale):
+    def neighbourhoods(self, radius, scale, threads=1):
         """Own moments and entropies at a radius, of lengths over a scale; computed once.
 
         The grid serves balls up to the radius and its skin.
         """
         key = (radius, scale)
         if key not in self._neighbourhoods:
-            _keep(self._neighbourhoods, key, self._computed_neighbourhoods(*key))
+            _keep(self._neighbourhoods, key, self._computed_neighbourhoods(*key, threads))
         return self._neighbourhoods[key]
 
-    def _computed_neighbourhoods(self, radius, scale):
+    def _computed_neighbourhoods(self, radius, scale, threads):
         n = len(self)
         grid, order = build_grid(self.points, radius * (1.0 + SKIN) * CELL_MARGIN)
         raw = self.raw[order] if len(self.raw) else UNIT
         unit_own, h = np.empty((n, 10)), np.empty(n)
         raw_own = np.empty((n, 10)) if len(raw) else unit_own
-        own_moments(grid, raw, radius * radius * TIE, scale, 0, n, unit_own, raw_own, h)
+        r2 = radius * radius * TIE
+
+        def fill(begin, end):
+            own_moments(grid, raw, r2, scale, begin, end, unit_own, raw_own, h)
+
+        in_blocks(n, threads, fill)
         return Neighbourhoods(grid, order, raw, unit_own, raw_own, h)
 
     def reduced(self, voxel_size):

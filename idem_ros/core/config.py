@@ -30,6 +30,7 @@ class RegistrationConfig:
         'unit of length of the entropy: "radius" (dimensionless) or "none" (as given, the paper)',
     )
     max_iterations: int = _parameter(50, 'most steps of one stage')
+    threads: int = _parameter(1, 'threads of one registration; its result is the same for any')
     rotation_tolerance: float = _parameter(
         1e-5, 'a stage has converged when a step turns by less', 'rad'
     )
@@ -50,12 +51,8 @@ class RegistrationConfig:
             raise InvalidConfig(
                 f'length_scale is {self.length_scale!r}; it must be one of {LENGTH_SCALES}'
             )
-        if isinstance(self.max_iterations, bool) or not (
-            isinstance(self.max_iterations, int) and self.max_iterations >= 1
-        ):
-            raise InvalidConfig(
-                f'max_iterations is {self.max_iterations!r}; it must be a whole number from 1'
-            )
+        _require_count('max_iterations', self.max_iterations)
+        _require_count('threads', self.threads)
         _require_positive('rotation_tolerance', self.rotation_tolerance)
         _require_positive('translation_tolerance', self.translation_tolerance)
 
@@ -69,3 +66,8 @@ def _require_positive(name, value):
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not (is_number and math.isfinite(value) and value > 0):
         raise InvalidConfig(f'{name} is {value!r}; it must be a finite number above 0')
+
+
+def _require_count(name, value):
+    if isinstance(value, bool) or not (isinstance(value, int) and value >= 1):
+        raise InvalidConfig(f'{name} is {value!r}; it must be a whole number from 1')

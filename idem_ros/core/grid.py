@@ -92,7 +92,7 @@ def neighbours(px, py, pz, grid, r2, found):
     ix = np.int64(np.floor((px - grid.low[0]) / cell))
     iy = np.int64(np.floor((py - grid.low[1]) / cell))
     iz = np.int64(np.floor((pz - grid.low[2]) / cell))
-    n = 0
+    n = np.uint64(0)
     if ix < -1 or iy < -1 or iz < -1:
         return n
     if ix > grid.extent[0] or iy > grid.extent[1] or iz > grid.extent[2]:
@@ -117,8 +117,8 @@ def neighbours(px, py, pz, grid, r2, found):
 
 @njit(**JIT)
 def _within(px, py, pz, points, begin, end, r2, found, n):
-    for j in range(begin, end):
+    for j in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         found[n] = j  # kept only if it is counted: no branch to mispredict
-        n += dx * dx + dy * dy + dz * dz <= r2
+        n += np.uint64(dx * dx + dy * dy + dz * dz <= r2)
     return n

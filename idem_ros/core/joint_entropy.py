@@ -3,12 +3,12 @@
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.blocks import in_blocks
 from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
 from idem_ros.core.linearization import SUMS, linearize, unpack
 from idem_ros.core.moments import TIE, entropy_difference
 
 NOISE = 0.005  # of the radius: standard deviation added to every axis of a covariance
-BLOCK = 2048  # centres summed together: fixed, so that sums do not depend on who computes them
 
 
 class JointEntropy:
@@ -22,18 +22,20 @@ class JointEntropy:
         length_scale: 'radius' or 'none'.
         skin: how far the source may move, over the radius, before pairs are enumerated again;
             at most SKIN.
+        threads: for the kernels; the results are the same for any number.
     """
 
-    def __init__(self, target, source, radius, length_scale, skin=SKIN):
+    def __init__(self, target, source, radius, length_scale, skin=SKIN, threads=1):
         self.radius = radius
         self.r2 = radius * radius * TIE
         self.scale = radius if length_scale == 'radius' else 1.0
         self.noise = (NOISE * radius) ** 2
         self.skin = skin * radius
         self.reach = radius * TIE + self.skin
-        self.target = target.neighbourhoods(radius, self.scale)
-        self.source = source.neighbourhoods(radius, self.scale)
+        self.target = target.neighbourhoods(radius, self.scale, threads)
+        self.source = source.neighbourhoods(radius, self.scale, threads)
         self.pairs = None
+        self.threads = threads
 
     def per_point(self, T_target_source):
         """Return q_i (Eq. 7) and the other's points in reach, for the target and the source.
@@ -60,40 +62,39 @@ class JointEntropy:
     def _pairs_at(self, T_target_source):
         if self.pairs is None or not still_hold(self.pairs, T_target_source, self.skin):
             self.pairs = candidate_pairs(
-                self.target.grid, self.source.grid, T_target_source, self.reach
+                self.target.grid, self.source.grid, T_target_source, self.reach, self.threads
             )
         return self.pairs
 
     def _differences(self, centres, others, candidates, T):
         n = len(centres.order)
         sorted_q, sorted_reach, q, reach = np.empty((4, n))
-        R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
-        entropy_difference(
-            centres.grid.points,
-            centres.unit_own,
-            centres.entropy,
-            others.grid.points,
-            *candidates,
-            R,
-            t,
-            self.r2,
-            self.scale,
-            sorted_q,
-            sorted_reach,
-        )
+        own = (centres.grid.points, centres.unit_own, centres.entropy)
+        around = (others.grid.points, *candidates, *_rotation_and_translation(T))
+
+        def fill(begin, end):
+            out = (begin, end, sorted_q, sorted_reach)
+            entropy_difference(*own, *around, self.r2, self.scale, *out)
+
+        in_blocks(n, self.threads, fill)
         q[centres.order], reach[centres.order] = sorted_q, sorted_reach
         return q, reach
 
     def _linearize(self, centres, others, candidates, T):
-        points, n = centres.grid.points, len(centres.order)
-        R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
-        around = (others.grid.points, others.raw, *candidates, R, t)
+        own = (centres.grid.points, centres.raw_own)
+        around = (others.grid.points, others.raw, *candidates, *_rotation_and_translation(T))
         size = (self.r2, self.scale, self.noise)
-        sums = np.zeros((-(-n // BLOCK), SUMS))
-        for b, begin in enumerate(range(0, n, BLOCK)):
-            end = min(begin + BLOCK, n)
-            linearize(points, centres.raw_own, *around, *size, begin, end, sums[b])
-        return unpack(sums.sum(axis=0))
+
+        def sums_of(begin, end):
+            sums = np.zeros(SUMS)
+            linearize(*own, *around, *size, begin, end, sums)
+            return sums
+
+        return unpack(np.sum(in_blocks(len(centres.order), self.threads, sums_of), axis=0))
+
+
+def _rotation_and_translation(transform):
+    return np.ascontiguousarray(transform[:3, :3]), transform[:3, 3].copy()
 
 
 def between_origins(target, source, T_target_source):

@@ -8,7 +8,7 @@ from idem_ros.core.config import LENGTH_SCALES
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.joint_entropy import JointEntropy, between_origins
 
-SAMPLE = 2048  # points, at least, that the spacing of a cloud is estimated from
+SAMPLE = 1024  # points, at least, that the spacing of a cloud is estimated from
 
 
 def q_tot(target, source, T_target_source=None, *, a=1.0, radius=None, length_scale='radius'):
@@ -67,17 +67,17 @@ def search_radius(target, source, a=1.0):
     return _weighted_radius(_checked_positive('a', a), as_cloud(target), as_cloud(source))
 
 
-def rounded_search_radius(target, source, a):
+def rounded_search_radius(target, source, a, threads):
     """Return the search radius from a sample of both clouds, rounded to an eighth of an octave.
 
     A target prepared at one radius then serves every source of about the same spacing.
     """
-    radius = _weighted_radius(a, target, source, SAMPLE)
+    radius = _weighted_radius(a, target, source, SAMPLE, threads)
     return 0.0 if radius == 0.0 else float(2.0 ** (np.round(8.0 * np.log2(radius)) / 8.0))
 
 
-def _weighted_radius(a, target, source, most=None):
-    r_target, r_source = (c.fourth_neighbor_distance(most) for c in (target, source))
+def _weighted_radius(a, target, source, most=None, threads=1):
+    r_target, r_source = (c.fourth_neighbor_distance(most, threads) for c in (target, source))
     n_target, n_source = len(target), len(source)
     return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
 

@@ -19,8 +19,8 @@ def unit_moments(px, py, pz, points, member, begin, end, r2):
     Returns (k, dx, dy, dz, xx, xy, xz, yy, yz, zz).
     """
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
-    for c in range(begin, end):
-        j = member[c]
+    for c in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
+        j = np.uint64(member[c])
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         if dx * dx + dy * dy + dz * dz > r2:
             continue
@@ -44,8 +44,8 @@ def raw_moments(px, py, pz, points, raw, member, begin, end, r2):
     raw (N, 7): how many points each stands for, and their scatter about it (xx, xy, ..., zz).
     """
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
-    for c in range(begin, end):
-        j = member[c]
+    for c in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
+        j = np.uint64(member[c])
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         if dx * dx + dy * dy + dz * dz > r2:
             continue
@@ -172,12 +172,14 @@ def _row_times(a, b, c, xx, xy, xz, yy, yz, zz):
 
 
 @njit(**JIT)
-def entropy_difference(centres, own, h_own, points, first, member, R, t, r2, scale, q, reach):
+def entropy_difference(
+    centres, own, h_own, points, first, member, R, t, r2, scale, begin, end, q, reach
+):
     """Eq. 7 for one cloud's centres: q_i = h_joint - h_own, and the other's points in reach.
 
     Candidates of centre i: member[first[i]:first[i + 1]], indices into the other's points.
     """
-    for i in range(centres.shape[0]):
+    for i in range(begin, end):
         x, y, z = into_frame(centres[i], R, t)
         m = unit_moments(x, y, z, points, member, first[i], first[i + 1], r2)
         reach[i] = m[0]

@@ -6,6 +6,7 @@ from enum import Enum
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
@@ -61,19 +62,19 @@ def register(target, source, T_target_source=None, config=None):
         InvalidCloud, InvalidTransform: for input that is no cloud or no rigid transform.
     """
     config = RegistrationConfig() if config is None else config
-    target, source = as_cloud(target), as_cloud(source)
+    target, source = in_threads(config.threads, as_cloud, (target, source))
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
-    finest = [_finest(cloud, config.voxel_size) for cloud in (target, source)]
+    finest = in_threads(config.threads, lambda c: _finest(c, config.voxel_size), (target, source))
     if min(len(cloud) for cloud in finest) < LEAST_POINTS:
         return _without_solution(T, Status.TOO_FEW_POINTS)
-    radius = rounded_search_radius(*finest, config.a)  # Eq. 9
+    radius = rounded_search_radius(*finest, config.a, config.threads)  # Eq. 9
     if radius == 0.0:
         return _without_solution(T, Status.DEGENERATE)
     T, iterations = between_origins(target, source, T), 0
     for stage, factor in enumerate(config.radius_schedule, 1):
         last = stage == len(config.radius_schedule)
         clouds = [_stage(cloud, config.voxel_size or radius, factor) for cloud in finest]
-        joint = JointEntropy(*clouds, factor * radius, config.length_scale)
+        joint = JointEntropy(*clouds, factor * radius, config.length_scale, threads=config.threads)
         solution = minimize_on_se3(joint.linearize, T, **_termination(config, joint.radius, last))
         T, iterations = solution.transform, iterations + solution.iterations
     return _result(target, source, joint, solution, iterations)
