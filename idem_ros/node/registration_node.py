@@ -14,7 +14,7 @@ DESCRIPTION = (
 
 
 def main(args: list[str] | None = None) -> int:
-    """Refine clouds until SIGINT or SIGTERM.
+    """Refine clouds until SIGINT or SIGTERM; one that comes during start-up counts after it.
 
     Args:
         args: command line with the program's name; None for that of the process.
@@ -22,18 +22,16 @@ def main(args: list[str] | None = None) -> int:
     Returns:
         0, or 2 where an argument or a parameter cannot be used (one line on stderr says why).
     """
-    is_starting, is_ending = True, False
-
-    def end(signum, frame):
-        nonlocal is_ending
-        is_ending = True
-        if is_starting:
-            raise SystemExit(0)
-
+    received: list[int] = []
     for signum in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(signum, end)
+        # it raises nothing: inside an import or a compilation that would come out as another
+        # error, or crash. Nor is it left to rclpy, which pulls the context from under the executor
+        signal.signal(signum, lambda signum, frame: received.append(signum))
+    return _run(args, received)
 
-    # late, with the handler in place: importing and compiling take seconds
+
+def _run(args: list[str] | None, received: list[int]) -> int:
+    # late, with the handlers in place: importing and compiling take seconds
     import rclpy
     from rclpy.exceptions import NameValidationException
     from rclpy.executors import SingleThreadedExecutor
@@ -45,20 +43,17 @@ def main(args: list[str] | None = None) -> int:
     node = None
     try:
         _refuse_own_arguments(args)
-        # rclpy's own handlers shut the context down under the executor, which then raises
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = RegistrationNode()
-        is_starting = False
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while not is_ending:
+        while not received:
             executor.spin_once(timeout_sec=LONGEST_WAIT)
     except (IdemError, RuntimeError, NameValidationException) as error:
         if node is not None:
             raise
         return _usage_error(error)
     finally:
-        is_starting = False
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
