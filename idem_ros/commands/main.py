@@ -5,11 +5,11 @@ import logging
 import os
 import sys
 
-from idem_ros.commands import bag, register, replay
+from idem_ros.commands import bag, bench, register, replay
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
-COMMANDS = (register, bag, replay)
+COMMANDS = (register, bag, replay, bench)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -1,0 +1,64 @@
+"""The accuracy of all methods as Markdown and as what JSON holds."""
+
+from dataclasses import asdict
+
+from idem_ros.benchmarks.case import LEVELS
+from idem_ros.benchmarks.markdown import number, table
+from idem_ros.benchmarks.verdict import verdicts
+
+HEADER = (
+    *('row', 'method', 'setting', 'success'),
+    *('rotation [deg] median', 'p90', 'translation [mm] median', 'p90'),
+    *('successful: [deg] median', 'p90', '[mm] median', 'p90'),
+)
+NOTE = """Each row pools several scenes or samplings. Starts are off by the given multiple of r4th
+(of the clouds as registered, Eq. 9 at a = 1) and angle, in random directions; the source turns
+about its centroid, and translation errors are those of its centroid. Success: below 1 deg and
+0.5 r4th. Each peer bears the setting that served it best in these very runs (by success, then
+median error; an oracle that no user has), in multiples of r4th; IDEM has one setting everywhere.
+All methods stop at the same criteria, and the peers work in units of r4th.
+"""
+
+
+def markdown(results):
+    """Return the verdicts, then a table for each level."""
+    parts = ['## Accuracy\n', NOTE, _verdict_list(results)]
+    for level, (multiple, degrees) in enumerate(LEVELS):
+        parts.append(f'### From {multiple} r4th and {degrees:g} deg\n')
+        rows = [row for result in results for row in _rows(result, level)]
+        parts.append(table(HEADER, rows))
+    return '\n'.join(parts)
+
+
+def summary(results):
+    """Return the verdicts as text."""
+    return '\n'.join(str(verdict) for verdict in verdicts(results))
+
+
+def json_record(results):
+    """Return all figures and the verdicts as what JSON holds."""
+    return {
+        'levels': [{'r4th': multiple, 'rotation_deg': degrees} for multiple, degrees in LEVELS],
+        'rows': [asdict(result) for result in results],
+        'verdicts': [asdict(verdict) for verdict in verdicts(results)],
+    }
+
+
+def _verdict_list(results):
+    lines = summary(results).splitlines()
+    return (
+        '\n'.join(f'  - {line.strip()}' if line[0] == ' ' else f'- {line}' for line in lines)
+        + '\n'
+    )
+
+
+def _rows(result, level):
+    name = f'{result.name} (r4th {1e3 * result.spacing:.3g} mm)'
+    for figures in result.levels[level]:
+        rotation, translation = figures.rotation_deg, figures.translation_m
+        cells = [name, figures.method, figures.setting, f'{figures.success:.0%}']
+        for suffix in ('', '_successful'):
+            for values, scale in ((rotation, 1.0), (translation, 1e3)):
+                cells += [number(values[f'{k}{suffix}'], scale) for k in ('median', 'p90')]
+        yield cells
+        name = ''

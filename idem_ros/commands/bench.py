@@ -1,0 +1,77 @@
+"""`idem bench`: accuracy and time, side by side with the methods of small_gicp."""
+
+from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.options import add_config_options, config_from
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'bench',
+        help='measure accuracy and time',
+        description='Measure IDEM beside the methods of small_gicp (the extra "bench").',
+    )
+    kinds = parser.add_subparsers(title='benchmarks', metavar='BENCHMARK', required=True)
+    accuracy = kinds.add_parser('accuracy', help='errors and success from many starts')
+    accuracy.add_argument('--rows', metavar='PATTERN', help='only rows whose name holds this')
+    accuracy.add_argument(
+        '--jobs', type=int, default=1, metavar='N', help='processes to share the work (default: 1)'
+    )
+    _add_common(accuracy)
+    add_config_options(accuracy)
+    accuracy.set_defaults(run=_accuracy)
+
+
+def _add_common(parser):
+    parser.add_argument('--quick', action='store_true', help='few rows and few runs of each')
+    parser.add_argument('--json', metavar='FILE', help='write every figure as JSON')
+    parser.add_argument('--markdown', metavar='FILE', help='write the tables as Markdown')
+
+
+def _accuracy(args):
+    from idem_ros.benchmarks import accuracy_report
+    from idem_ros.benchmarks.accuracy import measure_rows
+    from idem_ros.benchmarks.methods import settings, small_gicp
+    from idem_ros.benchmarks.rows import accuracy_rows
+
+    config = config_from(args)
+    if args.voxel_size is not None or args.jobs < 1:
+        raise UsageError('each row has its own --voxel-size, and --jobs must be from 1')
+    _check_outputs(args)
+    small_gicp()
+    rows = accuracy_rows(args.rows, args.quick)
+    if not rows:
+        names = ', '.join(row.name for row in accuracy_rows())
+        raise UsageError(f'--rows is {args.rows!r}, which no row bears; there are {names}')
+    tried = settings((3.0, 10.0), (1.5, 3.0)) if args.quick else settings()
+    results = measure_rows(rows, tried, config, args.jobs, _progress)
+    text = accuracy_report.markdown(results)
+    _write(args, accuracy_report.json_record(results), text)
+    print(text if not args.markdown else accuracy_report.summary(results))
+    return OK
+
+
+def _progress(outcomes, total):
+    from tqdm import tqdm
+
+    return tqdm(outcomes, total=total, unit='case', leave=False, disable=None)
+
+
+def _check_outputs(args):
+    from idem_ros.atomic_file import require_writable
+
+    for file in (args.json, args.markdown):
+        if file:
+            require_writable(file)
+
+
+def _write(args, record, text):
+    import json
+
+    from idem_ros.atomic_file import replacing
+
+    for file, content in ((args.json, record), (args.markdown, text)):
+        if file:
+            with replacing(file) as temporary:
+                as_text = content if isinstance(content, str) else json.dumps(content, indent=1)
+                temporary.write_text(as_text.rstrip() + '\n')
