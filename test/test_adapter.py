@@ -1,6 +1,7 @@
 """The node in this process: what comes out for what goes in."""
 
 import array
+import threading
 
 import pytest
 from live import own_graph
@@ -230,6 +231,18 @@ def test_node_says_which_inputs_it_waits_for(bench, clouds):
     b.target.publish(cloud_message(clouds[0], FIRST, 'map'))
     b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
     b.until(lambda: b.statuses('waiting')[-1].message.startswith('waiting for initial_guess ('))
+
+
+def test_node_says_that_a_refinement_is_under_way(bench, clouds, monkeypatch):
+    b = bench().start()
+    proceed = threading.Event()
+    monkeypatch.setattr(
+        b.node, '_refiner', type('Slow', (), {'refine': lambda *_: proceed.wait()})()
+    )
+    send(b, clouds, FIRST)
+    b.until(lambda: b.statuses('busy'))
+    proceed.set()
+    assert b.statuses('busy')[-1].level == DiagnosticStatus.OK
 
 
 def test_parameter_changed_while_it_runs_holds_for_the_next_pair(bench, clouds):

@@ -78,6 +78,17 @@ def test_submit_does_not_wait_for_the_work_under_way(recorder):
     assert r.results == []
 
 
+def test_worker_is_busy_while_the_work_is_under_way_only(recorder):
+    r = recorder()
+    assert not r.worker.is_busy
+    r.worker.submit('slow')
+    assert r.started.acquire(timeout=LONG)
+    assert r.worker.is_busy
+    r.run_next()
+    r.worker.stop()
+    assert not r.worker.is_busy
+
+
 def test_error_in_the_work_is_reported_and_the_next_input_is_taken(recorder):
     def work(item):
         if item == 'bad':

@@ -57,11 +57,13 @@ def run(args):
         print(
             f'{recording.path}: {total} scans, live on ROS_DOMAIN_ID={os.environ["ROS_DOMAIN_ID"]}'
         )
-        print('Starting the node (it compiles its kernels first if they are not cached) ...')
+        print('Starting the node; it compiles its kernels first if they are not cached.')
         scans = []
         start = None
         for scan in refine_live(recording, topics, patience=PATIENCE):
-            start = start or time.monotonic()
+            if start is None:
+                start = time.monotonic()
+                print(f'{"scan":>7}  {"error of the guess":24} ->  {"of the refined pose":24}')
             scans.append(scan)
             print(f'{len(scans):3}/{total}  {_line(scan)}', flush=True)
             if time.monotonic() - start > LONGEST:

@@ -2,18 +2,21 @@
 
 import traceback
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import TransformStamped
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Float64
 
 from idem_ros import diagnostics
 from idem_ros.core import IdemError, RegistrationConfig, warm_up
-from idem_ros.node.messages import diagnostics_message, q_tot_message, transform_message
+from idem_ros.node.interface import INPUTS, OUTPUTS
+from idem_ros.node.messages import (
+    diagnostics_message,
+    message_class,
+    q_tot_message,
+    transform_message,
+)
 from idem_ros.node.parameters import declare_parameters, read_config
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.worker import LatestOnlyWorker
@@ -48,13 +51,14 @@ class RegistrationNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
         self._pairing = Pairing()
         self._has_reported = self._reported_lately = False
-        self._transforms = self.create_publisher(TransformStamped, '~/transform', RESULTS_KEPT)
-        self._q_tots = self.create_publisher(Float64, '~/q_tot', RESULTS_KEPT)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', RESULTS_KEPT)
+        self._outputs = {
+            name: self.create_publisher(message_class(topic.msgtype), topic.name, RESULTS_KEPT)
+            for name, topic in OUTPUTS.items()
+        }
         warm_up()  # before there is a subscription: compiling holds the GIL for seconds
         self._inputs = self._subscribe(subscription_config)
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
-        self.create_timer(REPORT_PERIOD, self._report_waiting, clock=wall)
+        self.create_timer(REPORT_PERIOD, self._report_state, clock=wall)
         self._worker = LatestOnlyWorker(self._refine, self._publish, self._refuse)
         topics = ', '.join(subscription.topic_name for subscription in self._inputs.values())
         self.get_logger().info(f'ready: listens to {topics}')
@@ -74,14 +78,16 @@ class RegistrationNode(Node):
                 reliability=ReliabilityPolicy.RELIABLE,
                 durability=DurabilityPolicy.TRANSIENT_LOCAL,
             )
-        inputs = (
-            ('target', PointCloud2, self._pairing.add_target, target_quality),
-            ('source', PointCloud2, self._pairing.add_source, quality),
-            ('initial_guess', TransformStamped, self._pairing.add_guess, quality),
-        )
+        receivers = {
+            'target': (self._pairing.add_target, target_quality),
+            'source': (self._pairing.add_source, quality),
+            'initial_guess': (self._pairing.add_guess, quality),
+        }
         return {
-            name: self.create_subscription(kind, f'~/{name}', self._pairs_of(add), qos)
-            for name, kind, add, qos in inputs
+            name: self.create_subscription(
+                message_class(INPUTS[name].msgtype), INPUTS[name].name, self._pairs_of(add), qos
+            )
+            for name, (add, qos) in receivers.items()
         }
 
     def _pairs_of(self, add):
@@ -99,8 +105,8 @@ class RegistrationNode(Node):
     def _publish(self, pair: Pair, refinement: Refinement) -> None:
         if not self.context.ok():
             return
-        self._transforms.publish(transform_message(refinement))
-        self._q_tots.publish(q_tot_message(refinement))
+        self._outputs['transform'].publish(transform_message(refinement))
+        self._outputs['q_tot'].publish(q_tot_message(refinement))
         values = diagnostics.refinement_values(refinement, self._dropped())
         level = LEVELS[diagnostics.level(refinement)]
         self._report(level, refinement.result.status.value, values, refinement.stamp)
@@ -119,26 +125,32 @@ class RegistrationNode(Node):
         values = {'status': 'refused', 'dropped': self._dropped()}
         self._report(DiagnosticStatus.ERROR, reason, values, stamp)
 
-    def _report_waiting(self) -> None:
-        """Say which input is missing, where nothing else was reported for a period."""
+    def _report_state(self) -> None:
+        """Say what the node is doing, where nothing was reported for a period."""
         if not self._reported_lately:
-            missing = self._pairing.waiting_for()
-            topics = [
-                f'{each.topic_name} has {self.count_publishers(each.topic_name)} publishers'
-                for name, each in self._inputs.items()
-                if name in missing.split(' and ')
-            ]
-            text = f'waiting for {missing} ({", ".join(topics)})'
+            is_busy = self._worker.is_busy
             level = DiagnosticStatus.WARN if self._has_reported else DiagnosticStatus.STALE
-            values = {'status': 'waiting', 'dropped': self._dropped()}
+            status, level = ('busy', DiagnosticStatus.OK) if is_busy else ('waiting', level)
+            text = 'a refinement is under way' if is_busy else self._what_it_waits_for()
+            values = {'status': status, 'dropped': self._dropped()}
             now = self.get_clock().now().nanoseconds
-            self._diagnostics.publish(diagnostics_message(self._task(), level, text, values, now))
+            message = diagnostics_message(self._task(), level, text, values, now)
+            self._outputs['diagnostics'].publish(message)
         self._reported_lately = False
+
+    def _what_it_waits_for(self) -> str:
+        missing = self._pairing.waiting_for()
+        topics = [
+            f'{each.topic_name} has {self.count_publishers(each.topic_name)} publishers'
+            for name, each in self._inputs.items()
+            if name in missing.split(' and ')
+        ]
+        return f'waiting for {missing} ({", ".join(topics)})'
 
     def _report(self, level: bytes, text: str, values: dict, stamp: int) -> None:
         self._has_reported = self._reported_lately = True
         message = diagnostics_message(self._task(), level, text, values, stamp)
-        self._diagnostics.publish(message)
+        self._outputs['diagnostics'].publish(message)
 
     def _task(self) -> str:
         return f'{self.get_name()}: registration'

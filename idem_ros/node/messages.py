@@ -4,6 +4,8 @@ ROS 2 Jazzy does not check field types: an int or a numpy scalar in a float fiel
 garbage without a word.
 """
 
+from importlib import import_module
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
@@ -54,3 +56,16 @@ def time_message(stamp: int) -> Time:
     """Return a stamp [ns] as a ROS message."""
     seconds, nanoseconds = divmod(int(stamp), 10**9)
     return Time(sec=seconds, nanosec=nanoseconds)
+
+
+def message_class(msgtype: str) -> type:
+    """Return rclpy's class of a type such as 'sensor_msgs/msg/PointCloud2'.
+
+    Raises:
+        ImportError: its package is not installed, or has no such message.
+    """
+    package, _, name = msgtype.split('/')
+    try:
+        return getattr(import_module(f'{package}.msg'), name)
+    except AttributeError as error:
+        raise ImportError(f'{package} has no message {name}') from error

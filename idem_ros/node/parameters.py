@@ -1,7 +1,7 @@
 """The fields of the two configurations as declared ROS parameters, and back again."""
 
 from collections.abc import Iterable
-from dataclasses import MISSING, Field, fields
+from dataclasses import Field, fields
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -10,6 +10,7 @@ from rclpy.parameter import Parameter
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.node.interface import default_of, description_of, parameter_fields
 from idem_ros.node.subscription_config import SubscriptionConfig
 
 Config = TypeVar('Config', RegistrationConfig, SubscriptionConfig)
@@ -22,14 +23,14 @@ def declare_parameters(node: Node) -> None:
     read-only. Typing is dynamic so that `a:=2` serves where 2.0 is meant; `read_config` refuses
     what does not fit.
     """
-    for config_type in (RegistrationConfig, SubscriptionConfig):
-        for field in fields(config_type):
-            descriptor = ParameterDescriptor(
-                description=description_of(field),
-                read_only=config_type is SubscriptionConfig,
-                dynamic_typing=True,
-            )
-            node.declare_parameter(field.name, default_of(field), descriptor)
+    read_only = {field.name for field in fields(SubscriptionConfig)}
+    for field in parameter_fields():
+        descriptor = ParameterDescriptor(
+            description=description_of(field),
+            read_only=field.name in read_only,
+            dynamic_typing=True,
+        )
+        node.declare_parameter(field.name, default_of(field), descriptor)
 
 
 def read_config(
@@ -50,22 +51,6 @@ def read_config(
         if field.name not in values:
             values[field.name] = node.get_parameter(field.name).value
     return config_type(**{f.name: _from_ros(f, values[f.name]) for f in fields(config_type)})
-
-
-def default_of(field: Field) -> Any:
-    """Return a field's default as ROS can hold it: a list for a tuple, 0.0 for None."""
-    if field.default is MISSING:
-        raise TypeError(f'{field.name} has no default; a ROS parameter needs one')
-    if field.default is None:
-        return 0.0
-    return list(field.default) if isinstance(field.default, tuple) else field.default
-
-
-def description_of(field: Field) -> str:
-    """Return a field's description with its unit, and with what 0.0 means where that is none."""
-    unit = f' [{field.metadata["unit"]}]' if field.metadata['unit'] else ''
-    none = '; 0.0 means none' if field.default is None else ''
-    return f'{field.metadata["description"]}{unit}{none}'
 
 
 def _from_ros(field: Field, value: Any) -> Any:

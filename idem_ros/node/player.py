@@ -1,6 +1,5 @@
 """Publishes a recording on live topics, message by message, at the pace it was recorded."""
 
-import importlib
 import signal
 import time
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from typing import Any
 
 import rclpy
 from rclpy.duration import Duration
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 
 from idem_ros.core import IdemError
-from idem_ros.node.messages import time_message
+from idem_ros.node.messages import message_class, time_message
 from idem_ros.recording.cdr import NotSendable, is_known, to_cdr
 from idem_ros.recording.reader import Recording
 
@@ -61,7 +61,7 @@ class Player:
         for name in recording.topics if topics is None else topics:
             try:
                 self._publishers[name] = self._open(node, name, recording.topics[name])
-            except (NotSendable, rclpy.exceptions.NameValidationException) as error:
+            except (NotSendable, ImportError, NameValidationException) as error:
                 self.skipped[name] = ' '.join(str(error).split())
         if not self._publishers:
             reasons = '; '.join(f'{name}: {reason}' for name, reason in self.skipped.items())
@@ -129,10 +129,12 @@ class Player:
     def _open(self, node: Node, name: str, topic) -> Publisher:
         if self._clock is not None and name.lstrip('/') == CLOCK.lstrip('/'):
             raise NotSendable('the log times are published on /clock instead')
+        if not is_known(topic.msgtype):
+            raise NotSendable(f'{topic.msgtype} is no type of ROS 2 Jazzy')
         is_latched = topic.count == 1 or name.endswith('target')
         durability = DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE
         quality = QoSProfile(depth=KEPT, durability=durability)
-        return node.create_publisher(_message_class(topic.msgtype), name, quality)
+        return node.create_publisher(message_class(topic.msgtype), name, quality)
 
 
 class Pace:
@@ -179,13 +181,3 @@ def playing_node(name: str) -> Iterator[Node]:
         rclpy.try_shutdown()
         for signum, previous in before.items():
             signal.signal(signum, previous or signal.SIG_DFL)
-
-
-def _message_class(msgtype: str) -> type:
-    package, _, name = msgtype.split('/')
-    if not is_known(msgtype):
-        raise NotSendable(f'{msgtype} is no type of ROS 2 Jazzy')
-    try:
-        return getattr(importlib.import_module(f'{package}.msg'), name)
-    except (ImportError, AttributeError) as error:
-        raise NotSendable(f'the package {package} is not installed') from error

@@ -34,6 +34,7 @@ class LatestOnlyWorker:
         self._newest: Any = _NOTHING
         self._stopping = False
         self._dropped = 0
+        self._is_busy = False
         # daemon: an interpreter that a signal ends before `stop` could be called must not hang
         self._thread = threading.Thread(target=self._run, name='idem_worker', daemon=True)
         self._thread.start()
@@ -43,6 +44,12 @@ class LatestOnlyWorker:
         """How many inputs were replaced by a newer one, or left behind by `stop`."""
         with self._changed:
             return self._dropped
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether the work on an input is under way."""
+        with self._changed:
+            return self._is_busy
 
     def submit(self, item: Any) -> None:
         """Hand over the newest input without blocking; one that still waits is dropped."""
@@ -72,6 +79,8 @@ class LatestOnlyWorker:
 
     def _take(self) -> Any:
         with self._changed:
+            self._is_busy = False
             self._changed.wait_for(lambda: self._stopping or self._newest is not _NOTHING)
             item, self._newest = self._newest, _NOTHING
+            self._is_busy = item is not _NOTHING
             return item
