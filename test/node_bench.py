@@ -14,10 +14,31 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Float64
 
+from idem_ros.core.se3 import exp, inverse, transform_points
 from idem_ros.node.adapter import RegistrationNode
 from idem_ros.node.messages import time_message
 from idem_ros.pointcloud2 import pack_points
 from idem_ros.transform_message import stamp_ns, translation_and_quaternion
+
+
+MS = 10**6
+FIRST = 1_700_000_000 * 10**9
+T_TRUTH = exp(np.array([0.0, 0.0, 0.02, 0.2, -0.1, 0.05]))
+
+
+def corner():
+    """A corner of three noisy planes, and the same seen from T_TRUTH."""
+    rng = np.random.default_rng(0)
+    uv = rng.uniform(0, 4, (3, 400, 2))
+    noise = rng.normal(0, 0.01, (3, 400, 1))
+    target = np.concatenate(
+        [
+            np.insert(plane, [axis], n, axis=1)
+            for axis, (plane, n) in enumerate(zip(uv, noise, strict=True))
+        ]
+    )
+    source = target[rng.permutation(len(target))[:1000]] + rng.normal(0, 0.005, (1000, 3))
+    return target, transform_points(inverse(T_TRUTH), source)
 
 
 def cloud_message(points, stamp, frame_id):
@@ -55,7 +76,9 @@ class Bench:
     """The node between publishers and subscriptions of a test."""
 
     def __init__(self, context, target_qos=10, **parameters):
-        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        # the default is best effort, of which a test may not ask that all arrives
+        parameters = {'reliability': 'reliable', 'depth': 20, **parameters}
+        self.overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         self.context, self.received = context, {'transform': [], 'q_tot': [], 'diagnostics': []}
         self.other = Node('other', context=context)
         self.target = self.other.create_publisher(PointCloud2, '/idem_node/target', target_qos)
@@ -71,14 +94,9 @@ class Bench:
         self.executor = SingleThreadedExecutor(context=context)
         self.executor.add_node(self.other)
         self.node = None
-        self.overrides = overrides
 
     def start(self):
-        quality = {'reliability': 'reliable', 'depth': 20}
-        overrides = [Parameter(name, value=value) for name, value in quality.items()]
-        self.node = RegistrationNode(
-            context=self.context, parameter_overrides=overrides + self.overrides
-        )
+        self.node = RegistrationNode(context=self.context, parameter_overrides=self.overrides)
         self.executor.add_node(self.node)
         self.until(lambda: all(p.get_subscription_count() for p in self.publishers()))
         self.until(lambda: self.node.count_subscribers('/idem_node/transform'))
@@ -111,3 +129,10 @@ class Bench:
 
 def values_of(status):
     return {each.key: each.value for each in status.values}
+
+
+def send(bench, clouds, stamp, target=True):
+    if target:
+        bench.target.publish(cloud_message(clouds[0], stamp - 10 * MS, 'map'))
+    bench.source.publish(cloud_message(clouds[1], stamp, 'lidar'))
+    bench.guess.publish(guess_message(np.eye(4), stamp))

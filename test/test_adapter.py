@@ -2,10 +2,21 @@
 
 import array
 import threading
+from types import SimpleNamespace
 
 import pytest
-from live import own_graph
-from node_bench import Bench, cloud_message, guess_message, values_of
+from live import LONG, own_graph
+from node_bench import (
+    FIRST,
+    MS,
+    T_TRUTH,
+    Bench,
+    cloud_message,
+    corner,
+    guess_message,
+    send,
+    values_of,
+)
 
 # isort: split
 import numpy as np
@@ -14,12 +25,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from idem_ros.core import InvalidConfig, RegistrationConfig, register
-from idem_ros.core.se3 import exp, inverse, transform_points
+from idem_ros.node.adapter import RegistrationNode
 from idem_ros.transform_message import matrix_of, stamp_ns
-
-MS = 10**6
-FIRST = 1_700_000_000 * 10**9
-T_TRUTH = exp(np.array([0.0, 0.0, 0.02, 0.2, -0.1, 0.05]))
 
 
 @pytest.fixture(scope='module')
@@ -30,18 +37,7 @@ def context():
 
 @pytest.fixture(scope='module')
 def clouds():
-    """A corner of three noisy planes, and the same seen from T_TRUTH."""
-    rng = np.random.default_rng(0)
-    uv = rng.uniform(0, 4, (3, 400, 2))
-    noise = rng.normal(0, 0.01, (3, 400, 1))
-    target = np.concatenate(
-        [
-            np.insert(plane, [axis], n, axis=1)
-            for axis, (plane, n) in enumerate(zip(uv, noise, strict=True))
-        ]
-    )
-    source = target[rng.permutation(len(target))[:1000]] + rng.normal(0, 0.005, (1000, 3))
-    return target, transform_points(inverse(T_TRUTH), source)
+    return corner()
 
 
 @pytest.fixture
@@ -55,13 +51,6 @@ def bench(context):
     yield make
     for each in benches:
         each.close()
-
-
-def send(bench, clouds, stamp, target=True):
-    if target:
-        bench.target.publish(cloud_message(clouds[0], stamp - 10 * MS, 'map'))
-    bench.source.publish(cloud_message(clouds[1], stamp, 'lidar'))
-    bench.guess.publish(guess_message(np.eye(4), stamp))
 
 
 def test_complete_input_gives_the_transform_that_the_core_gives(bench, clouds):
@@ -212,7 +201,7 @@ def test_guess_between_other_frames_is_refused_with_both_names(bench, clouds):
 def test_error_nobody_foresaw_is_reported_and_the_next_input_served(bench, clouds, monkeypatch):
     b = bench().start()
     refiner = b.node._refiner
-    monkeypatch.setattr(b.node, '_refiner', type('Broken', (), {'refine': lambda *_: 1 / 0})())
+    monkeypatch.setattr(b.node, '_refiner', SimpleNamespace(refine=lambda pair: 1 / 0))
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('refused'))
     assert 'ZeroDivisionError' in b.statuses('refused')[0].message
@@ -233,11 +222,50 @@ def test_node_says_which_inputs_it_waits_for(bench, clouds):
     b.until(lambda: b.statuses('waiting')[-1].message.startswith('waiting for initial_guess ('))
 
 
+@pytest.mark.parametrize('reliability', ['best_effort', 'reliable'])
+def test_inputs_are_subscribed_with_the_reliability_asked_for(bench, reliability):
+    node = bench(reliability=reliability).start().node
+    for name in ('target', 'source', 'initial_guess'):
+        (info,) = node.get_subscriptions_info_by_topic(f'/idem_node/{name}')
+        assert info.qos_profile.reliability.name.lower() == reliability
+
+
+def test_latched_target_is_always_asked_for_reliably(context):
+    override = [Parameter('target_durability', value='transient_local')]
+    node = RegistrationNode(context=context, parameter_overrides=override)
+    (info,) = node.get_subscriptions_info_by_topic('/idem_node/target')
+    node.destroy_node()
+    assert info.qos_profile.reliability.name == 'RELIABLE'
+    assert info.qos_profile.durability.name == 'TRANSIENT_LOCAL'
+
+
+def test_older_inputs_are_dropped_and_counted_while_one_is_refined(bench, clouds, monkeypatch):
+    b = bench().start()
+    started, proceed, refine = threading.Event(), threading.Event(), b.node._refiner.refine
+
+    def refine_later(pair):
+        started.set()
+        proceed.wait(LONG)
+        return refine(pair)
+
+    monkeypatch.setattr(b.node, '_refiner', SimpleNamespace(refine=refine_later))
+    send(b, clouds, FIRST)
+    b.until(started.is_set)
+    for i in (1, 2, 3):
+        send(b, clouds, FIRST + i * 100 * MS, target=False)
+    b.until(lambda: b.node._worker.dropped == 2)
+    proceed.set()
+    b.transform_of(FIRST + 300 * MS)
+    b.until(lambda: len(b.statuses('converged')) == 2)
+    assert [stamp_ns(message) for message in b.received['transform']] == [FIRST, FIRST + 300 * MS]
+    assert values_of(b.statuses('converged')[-1])['dropped'] == '2'
+
+
 def test_node_says_that_a_refinement_is_under_way(bench, clouds, monkeypatch):
     b = bench().start()
     proceed = threading.Event()
     monkeypatch.setattr(
-        b.node, '_refiner', type('Slow', (), {'refine': lambda *_: proceed.wait()})()
+        b.node, '_refiner', SimpleNamespace(refine=lambda pair: proceed.wait(LONG))
     )
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('busy'))
