@@ -20,7 +20,6 @@ from idem_ros.node.messages import time_message
 from idem_ros.pointcloud2 import pack_points
 from idem_ros.transform_message import stamp_ns, translation_and_quaternion
 
-
 MS = 10**6
 FIRST = 1_700_000_000 * 10**9
 T_TRUTH = exp(np.array([0.0, 0.0, 0.02, 0.2, -0.1, 0.05]))
