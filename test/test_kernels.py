@@ -137,7 +137,7 @@ def test_voxels_of_voxels_hold_the_moments_of_all_points(rng):
     np.testing.assert_allclose(naive.symmetric(raw[0, 1:]), expected, atol=1e-10)
 
 
-def linearized(target, source, r, noise):
+def linearized(target, source, r, noise, slide=False):
     """Gradient and matrix of the target's side, from unit points."""
     own = Cloud(target).neighbourhoods(r, r)
     others = build_grid(source - Cloud(target).origin, r)[0].points
@@ -145,7 +145,7 @@ def linearized(target, source, r, noise):
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
     around = (own.grid.points, own.raw_own, others, UNIT, first, member, np.eye(3), np.zeros(3))
     sums = np.zeros(SUMS)
-    linearize(*around, r**2, r, noise, 0, len(target), sums)
+    linearize(*around, r**2, r, noise, slide, 0, len(target), sums)
     return unpack(sums)
 
 
@@ -211,14 +211,23 @@ def held_q_of_voxels(target, source, T_members, T, r, noise):
     return total
 
 
-def test_the_matrix_is_that_of_the_moving_means(rng):
-    """One ball: rho k_B (1 - k_B / k) / k J^T W J, written out with matrices."""
+@pytest.mark.parametrize('slide', [False, True])
+def test_gradient_and_matrix_of_one_ball_are_those_written_out_with_matrices(rng, slide):
     target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 1.0
     source, target = source - target.mean(axis=0), target - target.mean(axis=0)
     joint = np.vstack([target, source])
     sigma = np.cov(joint.T, bias=True)
+    W = np.linalg.inv(sigma)
+    if slide:
+        W -= np.eye(3) * np.trace(sigma) / np.trace(sigma @ sigma)
     c_det = (2 * np.pi * np.e) ** 3 * np.linalg.det(sigma)
-    J = np.c_[-se3.skew(source.mean(axis=0)), np.eye(3)]
-    f = c_det / (1 + c_det) * 5 * (1 - 5 / 11) / 11
-    _, matrix = linearized(target, source, r, 0.0)
-    np.testing.assert_allclose(matrix, 6 * f * J.T @ np.linalg.inv(sigma) @ J, rtol=1e-9)
+    rho = c_det / (1 + c_det)
+    J = [np.c_[-se3.skew(x), np.eye(3)] for x in source]
+    pulls = [j.T @ W @ (x - joint.mean(axis=0)) for j, x in zip(J, source, strict=True)]
+    J_mean = np.mean(J, axis=0)
+
+    gradient, matrix = linearized(target, source, r, 0.0, slide)
+
+    np.testing.assert_allclose(gradient, 6 * rho / 11 * np.sum(pulls, axis=0), rtol=1e-8)
+    expected = 6 * rho * 5 * (1 - 5 / 11) / 11 * J_mean.T @ W @ J_mean
+    np.testing.assert_allclose(matrix, expected, rtol=1e-8)

@@ -23,9 +23,10 @@ class JointEntropy:
         skin: how far the source may move, over the radius, before pairs are enumerated again;
             at most SKIN.
         threads: for the kernels; the results are the same for any number.
+        slide: whether the linearisation leaves out the pull along the surface.
     """
 
-    def __init__(self, target, source, radius, length_scale, skin=SKIN, threads=1):
+    def __init__(self, target, source, radius, length_scale, skin=SKIN, threads=1, slide=False):
         self.radius = radius
         self.r2 = radius * radius * TIE
         self.scale = radius if length_scale == 'radius' else 1.0
@@ -36,6 +37,7 @@ class JointEntropy:
         self.source = source.neighbourhoods(radius, self.scale, threads)
         self.pairs = None
         self.threads = threads
+        self.slide = slide
 
     def per_point(self, T_target_source):
         """Return q_i (Eq. 7) and the other's points in reach, for the target and the source.
@@ -83,7 +85,7 @@ class JointEntropy:
     def _linearize(self, centres, others, candidates, T):
         own = (centres.grid.points, centres.raw_own)
         around = (others.grid.points, others.raw, *candidates, *_rotation_and_translation(T))
-        size = (self.r2, self.scale, self.noise)
+        size = (self.r2, self.scale, self.noise, self.slide)
 
         def sums_of(begin, end):
             sums = np.zeros(SUMS)

@@ -26,12 +26,14 @@ SUMS = 27
 
 
 @njit(**JIT)
-def linearize(centres, own, points, raw, first, member, R, t, r2, scale, noise, begin, end, sums):
+def linearize(
+    centres, own, points, raw, first, member, R, t, r2, scale, noise, slide, begin, end, sums
+):
     """Add gradient and Gauss-Newton matrix over centres [begin, end) to sums (27,).
 
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
-    axis of every covariance.
+    axis of every covariance. slide: leave out the pull along the surface, `_without_widest`.
     """
     c = TWO_PI_E_CUBED / scale**6
     for i in range(begin, end):
@@ -53,7 +55,10 @@ def linearize(centres, own, points, raw, first, member, R, t, r2, scale, noise, 
         det = determinant(sigma)
         if det > 0.0:
             rho = c * det / (1.0 + c * det)
-            _add_centre(centres[i], cross, joint, _inverse(sigma, det), rho, sums)
+            w = _inverse(sigma, det)
+            if slide:
+                w = _without_widest(w, sigma)
+            _add_centre(centres[i], cross, joint, w, rho, sums)
 
 
 @njit(**JIT)
@@ -68,6 +73,19 @@ def _inverse(s, det):
         (xy * xz - xx * yz) * f,
         (xx * yy - xy * xy) * f,
     )
+
+
+@njit(**JIT)
+def _without_widest(w, s):
+    """Return W - I / l: the widest axes of S, along the surface, do not pull; l = tr(SS) / tr(S).
+
+    There the two clouds' means differ by where either happens to end or to be sampled, not by a
+    misalignment; at the rim of the overlap that pull is a bias.
+    """
+    xx, xy, xz, yy, yz, zz = s
+    squares = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz)
+    u = (xx + yy + zz) / squares
+    return (w[0] - u, w[1], w[2], w[3] - u, w[4], w[5] - u)
 
 
 @njit(**JIT)

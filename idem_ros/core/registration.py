@@ -74,7 +74,9 @@ def register(target, source, T_target_source=None, config=None):
     for stage, factor in enumerate(config.radius_schedule, 1):
         last = stage == len(config.radius_schedule)
         clouds = [_stage(cloud, config.voxel_size or radius, factor) for cloud in finest]
-        joint = JointEntropy(*clouds, factor * radius, config.length_scale, threads=config.threads)
+        joint = JointEntropy(
+            *clouds, factor * radius, config.length_scale, threads=config.threads, slide=last
+        )
         solution = minimize_on_se3(joint.linearize, T, **_termination(config, joint.radius, last))
         T, iterations = solution.transform, iterations + solution.iterations
     return _result(target, source, joint, solution, iterations)
