@@ -18,8 +18,9 @@ class SubscriptionConfig:
 
     reliability: str = _parameter(
         'best_effort',
-        'of all three inputs: "best_effort" hears every publisher, "reliable" has what was lost '
-        'on the way sent again, but is deaf to publishers that offer best effort only',
+        'of all three inputs: "best_effort" hears every publisher, but may lose large clouds '
+        '(config/fastdds_large_clouds.xml helps); "reliable" has what was lost sent again, but '
+        'is deaf to publishers that offer best effort only',
     )
     depth: int = _parameter(
         5, 'messages of each input that may wait while the node is busy taking another'
