@@ -106,6 +106,28 @@ def replay(
         return pass_.finished(str(path), recording.warnings)
 
 
+def pairs_of(recording, topics):
+    """Yield every complete `Pair` of an open recording, in log order.
+
+    Without a guess topic each source starts from the identity.
+    """
+    pairing = Pairing()
+    inputs = _inputs(pairing, topics)
+    for topic, _, message in recording.messages([name for name in inputs if name]):
+        yield from inputs[topic](message)
+
+
+def _inputs(pairing, topics):
+    """Return what takes the messages of each topic."""
+    if topics.guess is None:
+        pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
+    return {
+        topics.target: pairing.add_target,
+        topics.source: pairing.add_source,
+        topics.guess: pairing.add_guess,
+    }
+
+
 @dataclass
 class _Pass:
     """The state of one replay: the truth of a source may come after its result."""
@@ -121,12 +143,7 @@ class _Pass:
     def __post_init__(self):
         if self.topics.guess is None:
             self.notes.append('no guess topic: each source starts from the identity')
-            self.pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
-        self.inputs = {
-            self.topics.target: self.pairing.add_target,
-            self.topics.source: self.pairing.add_source,
-            self.topics.guess: self.pairing.add_guess,
-        }
+        self.inputs = _inputs(self.pairing, self.topics)
 
     def add(self, topic, log_time, message):
         if topic == self.topics.truth:

@@ -1,0 +1,55 @@
+"""The parts of the README that are written by a command: what the code says of itself."""
+
+from dataclasses import fields
+
+from idem_ros.benchmarks.markdown import table
+from idem_ros.commands.options import option_name
+from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.exceptions import IdemError
+from idem_ros.node.interface import INPUTS, OUTPUTS, default_of, description_of, parameter_fields
+
+BEGIN, END = '<!-- {name}: written by `make docs` -->', '<!-- end of {name} -->'
+
+
+def blocks():
+    """Return {name: Markdown} of the parts that follow from the code."""
+    return {'topics': _topics(), 'parameters': _parameters()}
+
+
+def with_blocks(text, contents):
+    """Return a document with what stands between the marks of each block replaced.
+
+    Raises:
+        IdemError: the document lacks a mark.
+    """
+    for name, content in contents.items():
+        begin, end = BEGIN.format(name=name), END.format(name=name)
+        if text.count(begin) != 1 or text.count(end) != 1:
+            raise IdemError(f'the document must hold the lines {begin!r} and {end!r} once each')
+        before, rest = text.split(begin)
+        _, after = rest.split(end)
+        text = f'{before}{begin}\n{content}\n{end}{after}'
+    return text
+
+
+def _topics():
+    rows = [
+        (f'`{topic.name}`', direction, f'`{topic.msgtype}`', topic.description)
+        for direction, topics in (('in', INPUTS), ('out', OUTPUTS))
+        for topic in topics.values()
+    ]
+    return table(['topic', '', 'type', 'what'], rows)
+
+
+def _parameters():
+    options = {field.name: option_name(field) for field in fields(RegistrationConfig)}
+    rows = [
+        (
+            f'`{field.name}`',
+            f'`{options[field.name]}`' if field.name in options else 'node only',
+            f'`{default_of(field)}`',
+            description_of(field),
+        )
+        for field in parameter_fields()
+    ]
+    return table(['parameter', 'option', 'default', 'what'], rows)
