@@ -29,7 +29,9 @@ docs: $(READY)
 	$(BIN)/idem docs
 
 bench: $(READY)
-	$(BIN)/idem bench main
+	$(BIN)/idem bench main --markdown docs/figures.md
+	$(BIN)/idem bench accuracy --markdown docs/bench_accuracy.md
+	$(BIN)/idem bench speed --markdown docs/bench_speed.md
 
 clean:
 	rm -rf $(VENV) build install log *.egg-info

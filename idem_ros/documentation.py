@@ -8,12 +8,21 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import INPUTS, OUTPUTS, default_of, description_of, parameter_fields
 
+FIGURES = 'docs/figures.md'
 BEGIN, END = '<!-- {name}: written by `make docs` -->', '<!-- end of {name} -->'
 
 
-def blocks():
-    """Return {name: Markdown} of the parts that follow from the code."""
-    return {'topics': _topics(), 'parameters': _parameters()}
+def blocks(folder):
+    """Return {name: Markdown} of the parts that follow from the code, and of measured figures.
+
+    Args:
+        folder: `Path` of the checkout; its FIGURES are written by `idem bench main`.
+    """
+    return {
+        'figures': (folder / FIGURES).read_text().strip(),
+        'topics': _topics(),
+        'parameters': _parameters(),
+    }
 
 
 def with_blocks(text, contents):

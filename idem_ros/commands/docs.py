@@ -34,7 +34,7 @@ def run(args):
     if not readme.is_file():
         raise UsageError(f'{readme} does not exist; run this in the checkout, or name the file')
     text = readme.read_text()
-    written = with_blocks(text, blocks())
+    written = with_blocks(text, blocks(readme.parent))
     if args.check:
         print(f'{readme} is {"up to date" if written == text else "out of date: run make docs"}')
         return OK if written == text else DATA

@@ -5,11 +5,11 @@ import logging
 import os
 import sys
 
-from idem_ros.commands import bag, bench, register, replay
+from idem_ros.commands import bag, bench, docs, register, replay
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
-COMMANDS = (register, bag, replay, bench)
+COMMANDS = (register, bag, replay, bench, docs)
 
 
 class _Parser(argparse.ArgumentParser):
