@@ -14,9 +14,10 @@ HEADER = (
 NOTE = """Each row pools several scenes or samplings. Starts are off by the given multiple of r4th
 (of the clouds as registered, Eq. 9 at a = 1) and angle, in random directions; the source turns
 about its centroid, and translation errors are those of its centroid. Success: below 1 deg and
-0.5 r4th. Each peer bears the setting that served it best in these very runs (by success, then
-median error; an oracle that no user has), in multiples of r4th; IDEM has one setting everywhere.
-All methods stop at the same criteria, and the peers work in units of r4th.
+0.5 r4th. Each peer bears the setting that served it best at this row and level (by success, then
+median error): of all these very runs, an oracle that no user has, or on a real pair of its first
+four. Distances and voxels are multiples of r4th. IDEM has one setting everywhere. All methods stop
+at the same criteria, and the peers work in units of r4th.
 """
 
 

@@ -1,7 +1,7 @@
 """The real pairs whose truth is trusted; they lie beside the project, and are not part of it."""
 
 import json
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from idem_ros.benchmarks.case import Case
 from idem_ros.cloud_files import read_cloud
 
 SHARED = Path(__file__).resolve().parents[3] / 'shared' / 'data'
+ROLES = ('target', 'source')
 CENTIMETRE = 0.01  # the dragon's unit, about
 # folder, short name, voxel sizes [m], how far the truth may be off [deg], [m], unit [m]
 TRUSTED = (
@@ -40,19 +41,21 @@ def real_case(name, number, kind, voxel_size):
     """Return the `Case` of one pair at one voxel size, by the arguments of `real_pairs`."""
     pair = _truths()[number]
     folder, _, _, rotation_deg, translation_m, unit = kind
-    target, source = (unit * read_cloud(SHARED / folder / pair[role]) for role in ROLES)
+    target, source = (unit * _points(SHARED / folder / pair[role]) for role in ROLES)
     truth = np.array(pair['T_target_source'])
     truth[:3, 3] *= unit
     return Case(name, target, source, truth, voxel_size, rotation_deg, translation_m)
-
-
-ROLES = ('target', 'source')
 
 
 def _between(pair):
     """Say which scans: the digits that differ, ' 000-045' or ' 0-1'."""
     names = [Path(pair[role]).stem.removeprefix('bun') for role in ROLES]
     return ' ' + '-'.join(name if len(name) == 3 else str(int(name)) for name in names)
+
+
+@lru_cache(4)  # the same scans come again at the next voxel size
+def _points(path):
+    return read_cloud(path)
 
 
 @cache
