@@ -1,0 +1,119 @@
+import json
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from clouds import surface
+
+from idem_ros.benchmarks import accuracy_report
+from idem_ros.benchmarks.accuracy import Figures, RowResult, measure_rows
+from idem_ros.benchmarks.case import LEVELS, Case
+from idem_ros.benchmarks.methods import PEERS, Setting, settings
+from idem_ros.benchmarks.rows import Row, accuracy_rows
+from idem_ros.benchmarks.verdict import verdicts
+from idem_ros.commands.main import main
+from idem_ros.core import RegistrationConfig
+
+
+def tiny_case(seed):
+    rng = np.random.default_rng(seed)
+    return Case(f'tiny {seed}', surface(rng, 300), surface(rng, 300), np.eye(4))
+
+
+TINY = Row('tiny', 'condition', (partial(tiny_case, 0), partial(tiny_case, 1)), 1)
+
+
+def figures(method, error=1.0, success=1.0):
+    values = dict.fromkeys(('median', 'p90', 'median_successful', 'p90_successful'), error)
+    return Figures(method, Setting(method), 20, success, values, values)
+
+
+def result(idem, peer, **uncertainty):
+    truth = {'truth_rotation_deg': 0.0, 'truth_translation_m': 0.0, **uncertainty}
+    others = [figures(method, 99.0, 0.0) for method in PEERS[1:]]
+    level = (figures('IDEM', *idem), figures(PEERS[0], *peer), *others)
+    return RowResult('row', 'real', 0.5, levels=(level,) * len(LEVELS), **truth)
+
+
+def test_rows_are_measured_alike_by_one_process_and_by_two():
+    pytest.importorskip('small_gicp')
+    tried = settings((3.0,), (1.5,))
+    alone = measure_rows([TINY], tried, RegistrationConfig())
+    shared = measure_rows([TINY], tried, RegistrationConfig(), jobs=2)
+    assert alone == shared
+    assert [f.method for f in alone[0].levels[0]] == ['IDEM', *PEERS]
+    assert all(f.runs == 2 for level in alone[0].levels for f in level)
+    assert alone[0].levels[0][0].success == 1.0
+
+
+def test_a_peer_bears_its_best_setting():
+    pytest.importorskip('small_gicp')
+    tried = [Setting('GICP', 1e-3), Setting('GICP', 3.0)]
+    tried += [setting for setting in settings((3.0,), (1.5,)) if setting.method != 'GICP']
+    (measured,) = measure_rows([TINY], tried, RegistrationConfig())
+    gicp = measured.levels[0][1 + PEERS.index('GICP')]
+    assert gicp.setting == Setting('GICP', 3.0)
+
+
+def test_after_the_trial_only_the_best_setting_goes_on():
+    pytest.importorskip('small_gicp')
+    tried = [Setting('GICP', 1e-3), *settings((3.0,), (1.5,))]
+    row = replace(TINY, builders=TINY.builders[:1], starts=6)
+    (measured,) = measure_rows([row], tried, RegistrationConfig())
+    gicp = measured.levels[0][1 + PEERS.index('GICP')]
+    assert (gicp.setting, gicp.runs) == (Setting('GICP', 3.0), 6)
+
+
+def test_a_figure_is_missed_where_a_peer_is_better():
+    lines = {v.figure: v for v in verdicts([result((2.0, 0.9), (1.0, 1.0))])}
+    assert len(lines) == 4 + len(LEVELS)
+    assert all(v.missed and v.reached == 0 for v in lines.values())
+    assert 'ICP' in str(next(iter(lines.values())))
+
+
+def test_a_figure_is_reached_by_an_equal_and_within_the_truths_uncertainty():
+    equal = result((1.0, 1.0), (1.0, 1.0))
+    within = result((2.0, 1.0), (1.0, 1.0), truth_rotation_deg=2.0, truth_translation_m=2.0)
+    for v in verdicts([equal, within]):
+        assert not v.missed
+        assert v.reached == 2
+
+
+def test_an_error_without_bound_loses():
+    (first, *_) = verdicts([result((None, 0.0), (1.0, 1.0))])
+    assert first.missed
+
+
+def test_the_report_holds_every_row_and_level_as_json_and_as_markdown():
+    results = [result((2.0, 0.9), (1.0, 1.0))]
+    record = json.loads(json.dumps(accuracy_report.json_record(results), allow_nan=False))
+    assert len(record['rows'][0]['levels']) == len(LEVELS)
+    text = accuracy_report.markdown(results)
+    assert text.count('| row (') == text.count('From ') == len(LEVELS)
+    assert 'MISSED' in text
+
+
+def test_rows_bear_unique_names_and_are_found_by_a_part_of_them():
+    rows = accuracy_rows()
+    names = [row.name for row in rows]
+    assert len(names) == len(set(names))
+    assert all(len(row.builders) * row.starts >= 20 for row in rows)
+    assert [row.name for row in accuracy_rows('Density')] == ['density 10:1']
+    assert 0 < len(accuracy_rows(quick=True)) < len(rows)
+
+
+def test_the_command_measures_one_row_and_writes_what_was_asked_for(tmp_path, capsys):
+    pytest.importorskip('small_gicp')
+    out = tmp_path / 'a.json'
+    assert main(['bench', 'accuracy', '--quick', '--rows', 'density', '--json', str(out)]) == 0
+    assert json.loads(out.read_text())['rows'][0]['name'] == 'density 10:1'
+    assert '| density 10:1' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    'wrong', [['--rows', 'nothing'], ['--jobs', '0'], ['--voxel-size', '1'], ['--a', '-1']]
+)
+def test_wrong_options_are_refused_in_one_line(wrong, capsys):
+    assert main(['bench', 'accuracy', *wrong]) == 2
+    assert capsys.readouterr().err.count('\n') == 1
