@@ -204,3 +204,26 @@ def test_misuse_raises(rng):
         register(rng.random((10, 2)), rng.random((10, 3)))
     with pytest.raises(InvalidTransform, match='not rigid'):
         register(rng.random((10, 3)), rng.random((10, 3)), np.diag([2, 1, 1, 1]))
+
+
+def test_a_coordinate_that_no_sensor_measures_is_left_out(pair):
+    target, source, truth = pair
+    result = register(np.vstack([target, [[3e38, 0, 0]]]), source, truth)
+    assert result.converged
+    assert error_of(result.T_target_source, truth)[0] < 0.15
+
+
+def test_thousands_of_copies_of_a_point_do_no_harm(pair, rng):
+    """As of a driver that pads its clouds: every one of them in the ball of every other."""
+    target, source, truth = pair
+    padded = np.vstack([target, np.repeat(target[:1], 3000, axis=0)])
+    result = register(padded, source, truth @ motion(rng, 2, 0.03))
+    assert result.converged
+    assert error_of(result.T_target_source, truth)[0] < 0.3
+
+
+def test_a_far_denser_cloud_is_reduced_to_what_the_radius_resolves(rng):
+    sparse, dense = surface(rng, 250, 0.003), surface(rng, 60000, 0.003)
+    result = register(dense, sparse, motion(rng, 2, 0.03))
+    assert result.converged
+    assert error_of(result.T_target_source, np.eye(4))[0] < 1.0

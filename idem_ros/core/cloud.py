@@ -16,6 +16,7 @@ from idem_ros.core.voxels import reduce_to_voxels
 
 KEPT = 8  # results kept of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
+FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
 UNIT = np.empty((0, 7))  # raw moments of points that stand for themselves
 
 
@@ -37,7 +38,7 @@ class Cloud:
 
     Args:
         points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
-            not finite count in `dropped` and are left out of everything.
+            not finite, or beyond 1e12, count in `dropped` and are left out of everything.
 
     Raises:
         InvalidCloud: another shape, not numbers, or no finite point.
@@ -106,6 +107,11 @@ class Cloud:
         in_blocks(n, threads, fill)
         return Neighbourhoods(grid, order, raw, unit_own, raw_own, h)
 
+    def crowding(self, radius):
+        """Return how many points share the cell of a point, on average, in cells of the radius."""
+        grid, _ = build_grid(self.points, radius)
+        return float(np.sum(np.diff(grid.start).astype(np.float64) ** 2) / len(self))
+
     def reduced(self, voxel_size):
         """Return the cloud of voxel means, in this frame and with this origin; computed once.
 
@@ -151,7 +157,7 @@ def _centred(points):
     n = 0
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        finite[i] = np.isfinite(x) and np.isfinite(y) and np.isfinite(z)
+        finite[i] = abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST
         if finite[i]:
             origin[0] += x
             origin[1] += y

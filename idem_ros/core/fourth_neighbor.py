@@ -64,6 +64,8 @@ def _look_in_cells(queries, grid, r2, chosen, distance):
             best = (np.inf, np.inf, np.inf, np.inf, np.inf)
             for c in range(n):
                 best = _five_nearest(best, _squared(p, grid.points[found[c]]))
+                if best[4] == 0.0:  # copies of one point: none can be nearer
+                    break
             distance[i] = np.sqrt(best[4])
 
 

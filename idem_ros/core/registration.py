@@ -14,6 +14,8 @@ from idem_ros.core.metric import overlap_of, rounded_search_radius
 from idem_ros.core.solver import minimize_on_se3
 
 EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
+CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
+FINE = 0.25  # of the radius
 LEAST_POINTS = 5  # a point and its four neighbours
 
 
@@ -70,6 +72,8 @@ def register(target, source, T_target_source=None, config=None):
     radius = rounded_search_radius(*finest, config.a, config.threads)  # Eq. 9
     if radius == 0.0:
         return _without_solution(T, Status.DEGENERATE)
+    if config.voxel_size is None:
+        finest = [_uncrowded(cloud, radius) for cloud in finest]
     T, iterations = between_origins(target, source, T), 0
     for stage, factor in enumerate(config.radius_schedule, 1):
         last = stage == len(config.radius_schedule)
@@ -84,6 +88,11 @@ def register(target, source, T_target_source=None, config=None):
 
 def _finest(cloud, voxel_size):
     return cloud if voxel_size is None else cloud.reduced(voxel_size)
+
+
+def _uncrowded(cloud, radius):
+    """Reduce a cloud of which a ball would hold hundreds of points: copies, or far denser."""
+    return cloud if cloud.crowding(radius) <= CROWDED else cloud.reduced(FINE * radius)
 
 
 def _stage(finest, spacing, factor):
