@@ -7,7 +7,7 @@ import numpy as np
 from idem_ros.core import se3
 
 FIRST_RELAXATION = 1.3  # the majoriser is wider than the cost: METHOD measured 25-30 % fewer steps
-RELAXATIONS = (0.4, 4.0)
+RELAXATIONS = (0.4, 4.0)  # least and most
 LEAST_STIFFNESS = 1e-9  # of the stiffest direction; below it a direction is left where it is
 
 
@@ -48,13 +48,13 @@ def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, di
 
 
 def _next_relaxation(relaxation, last, step, matrix):
-    """Aitken's secant along the last step: where would the step have vanished?"""
+    """Aitken's secant along the last step: how far on would the step have vanished?"""
     change = step - last
+    shrinking = -(last @ matrix @ change)
     curvature = change @ matrix @ change
-    if curvature <= 0.0:
-        return relaxation
-    secant = -relaxation * (last @ matrix @ change) / curvature
-    return min(max(secant, RELAXATIONS[0]), RELAXATIONS[1])
+    if shrinking <= 0.0 or relaxation * shrinking >= RELAXATIONS[1] * curvature:
+        return RELAXATIONS[1]
+    return max(relaxation * shrinking / curvature, RELAXATIONS[0])
 
 
 def _solve(matrix, gradient):
