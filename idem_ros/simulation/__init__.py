@@ -1,0 +1,1 @@
+"""A LiDAR simulator with exact truth: scenes, ray casting, drives, maps and demo recordings."""

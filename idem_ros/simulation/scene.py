@@ -1,0 +1,78 @@
+"""Scenes: triangles, boxes, vertical cylinders and spheres, and how parts are placed and merged."""
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+
+def _rows(*shape):
+    return field(default=(), metadata={'shape': shape})
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Surfaces that rays can hit, in metres, z up; the arrays are float64 and read-only.
+
+    A scene is also the unit it is built from: a car is a scene of its own, then `placed` and
+    `merged`. Every surface has two sides: from inside, a box is a room.
+
+    Attributes:
+        triangles: (n, 3, 3) corners.
+        boxes: (n, 7) centre x y z, half sizes x y z, yaw [rad] about z through the centre.
+        cylinders: (n, 5) x, y, lower z, upper z, radius; upright, closed at both ends.
+        spheres: (n, 4) centre x y z, radius.
+        route: (m, 3) the ground line that a sensor is carried along, empty for a part.
+    """
+
+    triangles: np.ndarray = _rows(3, 3)
+    boxes: np.ndarray = _rows(7)
+    cylinders: np.ndarray = _rows(5)
+    spheres: np.ndarray = _rows(4)
+    route: np.ndarray = _rows(3)
+
+    def __post_init__(self):
+        for kind in fields(self):
+            rows = np.array(getattr(self, kind.name), dtype=np.float64)
+            rows = rows.reshape(-1, *kind.metadata['shape'])
+            rows.flags.writeable = False
+            object.__setattr__(self, kind.name, rows)
+
+
+def merged(parts, route=()):
+    """Return one scene of all surfaces of `parts`, with a route of its own."""
+    parts = list(parts)
+    surfaces = {
+        kind.name: np.concatenate([getattr(part, kind.name) for part in (Scene(), *parts)])
+        for kind in fields(Scene)
+        if kind.name != 'route'
+    }
+    return Scene(**surfaces, route=route)
+
+
+def placed(part, x, y, z=0.0, yaw=0.0):
+    """Return a part turned by `yaw` [rad] about the z axis, then moved to (x, y, z) [m]."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])  # for rows: p @ turn
+    shift = np.array([x, y, z])
+    boxes, cylinders, spheres = part.boxes.copy(), part.cylinders.copy(), part.spheres.copy()
+    boxes[:, :3] = boxes[:, :3] @ turn + shift
+    boxes[:, 6] += yaw
+    cylinders[:, :2] = cylinders[:, :2] @ turn[:2, :2] + shift[:2]
+    cylinders[:, 2:4] += z
+    spheres[:, :3] = spheres[:, :3] @ turn + shift
+    triangles, route = part.triangles @ turn + shift, part.route @ turn + shift
+    return Scene(triangles, boxes, cylinders, spheres, route)
+
+
+def box(low, high, yaw=0.0):
+    """Return the box row between two opposite corners, turned by `yaw` about its own centre."""
+    low, high = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+    return (*(low + high) / 2, *(high - low) / 2, yaw)
+
+
+def mesh(vertices):
+    """Return the (2 (m - 1) (k - 1), 3, 3) triangles of a grid of (m, k, 3) vertices."""
+    a, b = vertices[:-1, :-1], vertices[1:, :-1]
+    c, d = vertices[:-1, 1:], vertices[1:, 1:]
+    corners = np.stack([np.stack([a, b, c], axis=2), np.stack([d, c, b], axis=2)])
+    return corners.reshape(-1, 3, 3)
