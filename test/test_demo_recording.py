@@ -15,8 +15,6 @@ CONFIG = RegistrationConfig(voxel_size=0.5)
 
 @pytest.fixture(scope='module')
 def replayed():
-    if not DEMO.is_file():
-        pytest.skip(f'{DEMO.relative_to(ROOT)} has not been made')
     return replay(DEMO, CONFIG)
 
 

@@ -5,11 +5,11 @@ import logging
 import os
 import sys
 
-from idem_ros.commands import bag, bench, docs, register, replay
+from idem_ros.commands import bag, bench, demo, docs, play, register, replay, simulate
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
-COMMANDS = (register, bag, replay, bench, docs)
+COMMANDS = (register, bag, replay, play, demo, bench, simulate, docs)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -37,7 +37,7 @@ def cast(scene, origin, directions, max_range):
 
 
 def bounding_spheres(scene):
-    """Return (n, 4) centre and radius around each triangle, box, cylinder, sphere, in this order."""
+    """Return (n, 4) centre and radius around triangles, boxes, cylinders, spheres, in order."""
     centers = scene.triangles.mean(axis=1)
     reach = np.linalg.norm(scene.triangles - centers[:, None], axis=2).max(axis=1, initial=0.0)
     x, y, low, high, radius = scene.cylinders.T

@@ -1,4 +1,4 @@
-"""Scenes: triangles, boxes, vertical cylinders and spheres, and how parts are placed and merged."""
+"""Scenes: triangles, boxes, upright cylinders and spheres; how parts are placed and merged."""
 
 from dataclasses import dataclass, field, fields
 

@@ -97,8 +97,13 @@ def _gap(line, side, s, gap, rng):
 def _pavement(line, side, rng):
     """Trees, lamps, signs and what else stands between the kerb and the fronts."""
     near, far = KERB + 0.5, KERB + PAVEMENT[side] - 0.45
-    rows = [(tree, 9.0 if side < 0 else 24.0, near + 0.3)]
-    rows += [(lamp_post, 27.0, near), (sign, 19.0, near), (street_box, 8.0, far), (bush, 21.0, far)]
+    rows = [
+        (tree, 9.0 if side < 0 else 24.0, near + 0.3),
+        (lamp_post, 27.0, near),
+        (sign, 19.0, near),
+        (street_box, 8.0, far),
+        (bush, 21.0, far),
+    ]
     for build, spacing, offset in rows:
         for s in np.arange(rng.uniform(1.0, spacing), LENGTH - 2.0, spacing):
             shift, sideways = rng.uniform(-0.3, 0.3) * spacing, rng.uniform(-0.15, 0.15)
