@@ -54,3 +54,16 @@ def test_no_stiffness_at_all_moves_nothing():
         lambda T: (np.zeros(6), np.zeros((6, 6))), np.eye(4), 50, 1e-9, 1e-9
     )
     np.testing.assert_array_equal(solution.transform, np.eye(4))
+
+
+def test_a_minimum_at_a_jump_is_reached_too():
+    """Like |x|: the gradient changes sign where a member enters a ball, and never vanishes."""
+
+    def kink(transform):
+        gradient = np.zeros(6)
+        gradient[3:] = np.sign(transform[:3, 3] - 0.3)
+        return gradient, np.eye(6)
+
+    solution = minimize_on_se3(kink, np.eye(4), 80, 1e-6, 1e-6)
+    assert solution.converged
+    np.testing.assert_allclose(solution.transform[:3, 3], 0.3, atol=0.02)
