@@ -20,6 +20,10 @@ def add_parser(subparsers):
     _add_common(accuracy)
     add_config_options(accuracy)
     accuracy.set_defaults(run=_accuracy)
+    speed = kinds.add_parser('speed', help='time, memory, and time to accuracy')
+    _add_common(speed)
+    add_config_options(speed)
+    speed.set_defaults(run=_speed)
 
 
 def _add_common(parser):
@@ -34,10 +38,9 @@ def _accuracy(args):
     from idem_ros.benchmarks.methods import settings, small_gicp
     from idem_ros.benchmarks.rows import accuracy_rows
 
-    config = config_from(args)
-    if args.voxel_size is not None or args.jobs < 1:
-        raise UsageError('each row has its own --voxel-size, and --jobs must be from 1')
-    _check_outputs(args)
+    config = _config(args)
+    if args.jobs < 1:
+        raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
     small_gicp()
     rows = accuracy_rows(args.rows, args.quick)
     if not rows:
@@ -47,22 +50,41 @@ def _accuracy(args):
     results = measure_rows(rows, tried, config, args.jobs, _progress)
     text = accuracy_report.markdown(results)
     _write(args, accuracy_report.json_record(results), text)
-    print(text if not args.markdown else accuracy_report.summary(results))
+    print(accuracy_report.summary(results) if args.markdown else text)
     return OK
 
 
-def _progress(outcomes, total):
-    from tqdm import tqdm
+def _speed(args):
+    from idem_ros.benchmarks import speed_report
+    from idem_ros.benchmarks.methods import small_gicp
+    from idem_ros.benchmarks.speed_run import measure
 
-    return tqdm(outcomes, total=total, unit='case', leave=False, disable=None)
+    config = _config(args)
+    small_gicp()
+    result = measure(config, args.quick, _progress)
+    text = speed_report.markdown(result)
+    _write(args, speed_report.json_record(result), text)
+    print(speed_report.goals_table(speed_report.goals(result)) if args.markdown else text)
+    return OK
 
 
-def _check_outputs(args):
+def _config(args):
+    """Return the configuration; refuse before the work what could not be written after it."""
     from idem_ros.atomic_file import require_writable
 
     for file in (args.json, args.markdown):
         if file:
             require_writable(file)
+    config = config_from(args)
+    if config.voxel_size is not None:
+        raise UsageError('--voxel-size is given; here each row has its own')
+    return config
+
+
+def _progress(steps, total=None):
+    from tqdm import tqdm
+
+    return tqdm(steps, total=total, leave=False, disable=None)
 
 
 def _write(args, record, text):
@@ -73,5 +95,9 @@ def _write(args, record, text):
     for file, content in ((args.json, record), (args.markdown, text)):
         if file:
             with replacing(file) as temporary:
-                as_text = content if isinstance(content, str) else json.dumps(content, indent=1)
+                as_text = (
+                    content
+                    if isinstance(content, str)
+                    else json.dumps(content, indent=1, allow_nan=False)
+                )
                 temporary.write_text(as_text.rstrip() + '\n')

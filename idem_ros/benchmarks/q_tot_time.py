@@ -1,0 +1,29 @@
+"""The time of one exact q_tot at the size of the paper's LiDAR case."""
+
+import numpy as np
+
+from idem_ros.benchmarks.case import displaced
+from idem_ros.benchmarks.speed_cases import STAIRCASE, staircase
+from idem_ros.benchmarks.timing import interleaved_ms, median_and_p95
+from idem_ros.core import Cloud, q_tot, search_radius
+
+
+def q_tot_ms(rounds, sizes=STAIRCASE):
+    """Return ('points', 'radius', and what -> median_and_p95) of q_tot at a fresh pose a round."""
+    rng = np.random.default_rng(0)
+    target, source = staircase(rng, sizes)
+    radius = search_radius(target, source)
+    center = source.mean(axis=0)
+    poses = [displaced(np.eye(4), center, 0.1, 0.2 * radius, rng) for _ in range(8)]
+    clouds = Cloud(target), Cloud(source)
+    calls = {
+        'points only': lambda k: q_tot(target, source, poses[k % 8]),
+        'points and radius': lambda k: q_tot(target, source, poses[k % 8], radius=radius),
+        'prepared clouds': lambda k: q_tot(*clouds, poses[k % 8], radius=radius),
+    }
+    times = interleaved_ms(calls, rounds)
+    return {
+        'points': sizes,
+        'radius': radius,
+        **{name: median_and_p95(ms) for name, ms in times.items()},
+    }
