@@ -2,6 +2,8 @@
 
 from dataclasses import asdict, dataclass
 
+from idem_ros.benchmarks.markdown import table
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -15,10 +17,10 @@ class Goal:
     @property
     def reached(self):
         """Whether the figure is reached."""
-        return self.measured is not None and self.measured <= self.at_most
+        return self.measured is not None and bool(self.measured <= self.at_most)
 
     def cells(self):
-        """Return the figure as a row of a table headed by `HEADER`."""
+        """Return the figure as a row of the table of `goals_table`."""
         measured = '-' if self.measured is None else f'{self.measured:.3g}'
         unit = f' {self.unit}' if self.unit else ''
         verdict = 'reached' if self.reached else 'MISSED'
@@ -29,4 +31,6 @@ class Goal:
         return {**asdict(self), 'reached': self.reached}
 
 
-HEADER = ('figure', 'measured', 'at most', '')
+def goals_table(goals):
+    """Return `Goal`s as a Markdown table."""
+    return table(('figure', 'measured', 'at most', ''), [goal.cells() for goal in goals])

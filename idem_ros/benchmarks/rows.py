@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import partial
-from importlib.util import find_spec
 
 from idem_ros.benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from idem_ros.benchmarks.real_pairs import real_case, real_pairs
@@ -46,8 +45,6 @@ def accuracy_rows(pattern=None, quick=False):
 
 def _simulated():
     for kind, voxel_sizes in SCENES.items():
-        if find_spec(f'idem_ros.simulation.{kind}') is None:
-            continue
         made = [('scan-scan', scan_to_scan, voxel_size) for voxel_size in voxel_sizes]
         made.append(('scan-map', scan_to_map, voxel_sizes[0]))
         for how, build, voxel_size in made:

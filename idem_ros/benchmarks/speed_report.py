@@ -4,8 +4,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from idem_ros.benchmarks import goal
-from idem_ros.benchmarks.goal import Goal
+from idem_ros.benchmarks.goal import Goal, goals_table
 from idem_ros.benchmarks.markdown import number, table
 from idem_ros.benchmarks.methods import IDEM, PEERS
 from idem_ros.benchmarks.speed import growth
@@ -50,11 +49,6 @@ def markdown(result):
     for race in result.races:
         parts += [f'### Error against time: {race.scene}\n', _race_table(race)]
     return '\n'.join([*parts, '### Alone\n', _alone_table(result)])
-
-
-def goals_table(found):
-    """Return a table of `Goal`s."""
-    return table(goal.HEADER, [g.cells() for g in found])
 
 
 def json_record(result):

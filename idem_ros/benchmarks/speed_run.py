@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib.util import find_spec
 
 import numpy as np
 
@@ -63,8 +62,7 @@ def _steps(config, effort, quick):
     for points in effort.sizes:
         yield partial(_as_given, points, config, effort)
     for kind in effort.scenes:
-        if find_spec(f'idem_ros.simulation.{kind}'):
-            yield partial(_race, kind, config, effort)
+        yield partial(_race, kind, config, effort)
     yield partial(_q_tot, effort)
     yield partial(_memory, effort.memory_points)
     yield _first_results
