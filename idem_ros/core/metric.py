@@ -7,8 +7,7 @@ from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import LENGTH_SCALES
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.joint_entropy import JointEntropy, between_origins
-
-SAMPLE = 1024  # points, at least, that the spacing of a cloud is estimated from
+from idem_ros.core.radii import weighted_radius
 
 
 def q_tot(target, source, T_target_source=None, *, a=1.0, radius=None, length_scale='radius'):
@@ -64,22 +63,7 @@ def fourth_neighbor_distance(points):
 
 def search_radius(target, source, a=1.0):
     """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) (Eq. 9 and the text after it)."""
-    return _weighted_radius(_checked_positive('a', a), as_cloud(target), as_cloud(source))
-
-
-def rounded_search_radius(target, source, a, threads):
-    """Return the search radius from a sample of both clouds, rounded to an eighth of an octave.
-
-    A target prepared at one radius then serves every source of about the same spacing.
-    """
-    radius = _weighted_radius(a, target, source, SAMPLE, threads)
-    return 0.0 if radius == 0.0 else float(2.0 ** (np.round(8.0 * np.log2(radius)) / 8.0))
-
-
-def _weighted_radius(a, target, source, most=None, threads=1):
-    r_target, r_source = (c.fourth_neighbor_distance(most, threads) for c in (target, source))
-    n_target, n_source = len(target), len(source)
-    return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
+    return weighted_radius(_checked_positive('a', a), as_cloud(target), as_cloud(source))
 
 
 def overlap_of(reach_target, reach_source):

@@ -10,12 +10,14 @@ from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
-from idem_ros.core.metric import overlap_of, rounded_search_radius
+from idem_ros.core.metric import overlap_of
+from idem_ros.core.radii import stage_radii
 from idem_ros.core.solver import minimize_on_se3
 
 EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
 CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
 FINE = 0.25  # of the radius
+SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hold ten or so
 LEAST_POINTS = 5  # a point and its four neighbours
 
 
@@ -69,19 +71,20 @@ def register(target, source, T_target_source=None, config=None):
     finest = in_threads(config.threads, lambda c: _finest(c, config.voxel_size), (target, source))
     if min(len(cloud) for cloud in finest) < LEAST_POINTS:
         return _without_solution(T, Status.TOO_FEW_POINTS)
-    radius = rounded_search_radius(*finest, config.a, config.threads)  # Eq. 9
-    if radius == 0.0:
+    radii = stage_radii(*finest, config)  # Eq. 9
+    if radii[-1] == 0.0:
         return _without_solution(T, Status.DEGENERATE)
     if config.voxel_size is None:
-        finest = [_uncrowded(cloud, radius) for cloud in finest]
+        finest = [_uncrowded(cloud, radii[-1]) for cloud in finest]
     T, iterations = between_origins(target, source, T), 0
-    for stage, factor in enumerate(config.radius_schedule, 1):
-        last = stage == len(config.radius_schedule)
-        clouds = [_stage(cloud, config.voxel_size or radius, factor) for cloud in finest]
+    for stage, (radius, factor) in enumerate(zip(radii, config.radius_schedule, strict=True), 1):
+        last = stage == len(radii)
+        spacing = SPACING * radius if config.voxel_size is None else factor * config.voxel_size
+        clouds = finest if factor <= 1.0 else [cloud.reduced(spacing) for cloud in finest]
         joint = JointEntropy(
-            *clouds, factor * radius, config.length_scale, threads=config.threads, slide=last
+            *clouds, radius, config.length_scale, threads=config.threads, slide=last
         )
-        solution = minimize_on_se3(joint.linearize, T, **_termination(config, joint.radius, last))
+        solution = minimize_on_se3(joint.linearize, T, **_termination(config, radius, last))
         T, iterations = solution.transform, iterations + solution.iterations
     return _result(target, source, joint, solution, iterations)
 
@@ -93,11 +96,6 @@ def _finest(cloud, voxel_size):
 def _uncrowded(cloud, radius):
     """Reduce a cloud of which a ball would hold hundreds of points: copies, or far denser."""
     return cloud if cloud.crowding(radius) <= CROWDED else cloud.reduced(FINE * radius)
-
-
-def _stage(finest, spacing, factor):
-    """The cloud of one stage: its balls hold about as many members at every radius."""
-    return finest if factor <= 1.0 else finest.reduced(factor * spacing)
 
 
 def _termination(config, radius, last):

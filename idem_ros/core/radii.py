@@ -1,0 +1,36 @@
+"""The radii of a registration: Eq. 9, and how wide each stage looks."""
+
+import numpy as np
+
+SAMPLE = 1024  # points, at least, that a registration estimates the spacing of a cloud from
+STEPS_PER_OCTAVE = 8
+
+
+def weighted_radius(a, target, source, most=None, threads=1):
+    """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) of two `Cloud`s."""
+    r_target, r_source = (c.fourth_neighbor_distance(most, threads) for c in (target, source))
+    n_target, n_source = len(target), len(source)
+    return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
+
+
+def stage_radii(target, source, config):
+    """Return the radius of each stage of a registration; zeros for points all in one place.
+
+    Multiples of Eq. 9's, from a sample of both clouds. The last stage looks no wider than the
+    geometric mean of the two spacings: where one cloud is much denser, Eq. 9 takes the spacing of
+    the other, over which the dense one resolves a curvature that a ball would average away.
+
+    Rounded to an eighth of an octave: a target prepared at one radius serves every source alike.
+    """
+    wide = weighted_radius(config.a, target, source, SAMPLE, config.threads)
+    spacings = (c.fourth_neighbor_distance(SAMPLE, config.threads) for c in (target, source))
+    narrow = config.a * float(np.sqrt(np.prod(list(spacings))))
+    *earlier, last = config.radius_schedule
+    radii = [factor * wide for factor in earlier] + [last * (min(narrow, wide) or wide)]
+    return [_rounded(radius) for radius in radii]
+
+
+def _rounded(radius):
+    if radius == 0.0:
+        return 0.0
+    return float(2.0 ** (np.round(STEPS_PER_OCTAVE * np.log2(radius)) / STEPS_PER_OCTAVE))
