@@ -47,7 +47,7 @@ def _topics():
         for direction, topics in (('in', INPUTS), ('out', OUTPUTS))
         for topic in topics.values()
     ]
-    return table(['topic', '', 'type', 'what'], rows)
+    return table(['topic', '', 'type', 'what'], rows, left=4)
 
 
 def _parameters():
@@ -61,4 +61,4 @@ def _parameters():
         )
         for field in parameter_fields()
     ]
-    return table(['parameter', 'option', 'default', 'what'], rows)
+    return table(['parameter', 'option', 'default', 'what'], rows, left=4)

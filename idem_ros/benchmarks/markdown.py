@@ -1,18 +1,19 @@
 """Tables of Markdown that also read well as plain text."""
 
 
-def table(header, rows):
-    """Return a Markdown table: the first column to the left, the others to the right.
+def table(header, rows, left=1):
+    """Return a Markdown table: the first columns to the left, the others to the right.
 
     Args:
         header: column titles.
         rows: sequences of cells, as long as the header; anything that `str` takes.
+        left: how many columns hold words.
     """
     lines = [[str(cell).replace('|', '\\|') for cell in row] for row in [header, *rows]]
     widths = [max(3, *(len(line[k]) for line in lines)) for k in range(len(header))]
-    ruler = ['-' * widths[0], *('-' * (width - 1) + ':' for width in widths[1:])]
-    lines.insert(1, ruler)
-    return '\n'.join(_line(line, widths) for line in lines) + '\n'
+    rulers = ['-' * w if k < left else '-' * (w - 1) + ':' for k, w in enumerate(widths)]
+    lines.insert(1, rulers)
+    return '\n'.join(_line(line, widths, left) for line in lines) + '\n'
 
 
 def number(value, scale=1.0):
@@ -20,7 +21,9 @@ def number(value, scale=1.0):
     return '-' if value is None else f'{scale * value:.3g}'
 
 
-def _line(cells, widths):
-    first = cells[0].ljust(widths[0])
-    others = [cell.rjust(width) for cell, width in zip(cells[1:], widths[1:], strict=True)]
-    return '| ' + ' | '.join([first, *others]) + ' |'
+def _line(cells, widths, left):
+    padded = [
+        cell.ljust(width) if k < left else cell.rjust(width)
+        for k, (cell, width) in enumerate(zip(cells, widths, strict=True))
+    ]
+    return '| ' + ' | '.join(padded) + ' |'

@@ -11,7 +11,7 @@ from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.refinement import Refiner
 
-VIEW = 15.0  # [m] around the source that are shown
+VIEW = 10.0  # [m] around the source that are shown
 STEPS = 41  # of the slice, along each axis
 REACH = 2.5  # of the slice, in search radii
 TARGET, SOURCE = '#2c6fbb', '#d1495b'
