@@ -19,7 +19,7 @@ def blocks(folder):
         folder: `Path` of the checkout; its FIGURES are written by `idem bench main`.
     """
     return {
-        'figures': (folder / FIGURES).read_text().strip(),
+        'figures': _without_heading((folder / FIGURES).read_text()),
         'topics': _topics(),
         'parameters': _parameters(),
     }
@@ -39,6 +39,11 @@ def with_blocks(text, contents):
         _, after = rest.split(end)
         text = f'{before}{begin}\n{content}\n{end}{after}'
     return text
+
+
+def _without_heading(text):
+    lines = [line for line in text.splitlines() if not line.startswith('#')]
+    return '\n'.join(lines).strip()
 
 
 def _topics():
