@@ -9,6 +9,7 @@ from clouds import surface
 from idem_ros.benchmarks import accuracy_report
 from idem_ros.benchmarks.accuracy import Figures, RowResult, measure_rows
 from idem_ros.benchmarks.case import LEVELS, Case
+from idem_ros.benchmarks.earlier import NotMeasured, with_peers_of
 from idem_ros.benchmarks.methods import PEERS, Setting, settings
 from idem_ros.benchmarks.rows import Row, accuracy_rows
 from idem_ros.benchmarks.verdict import verdicts
@@ -109,6 +110,30 @@ def test_the_command_measures_one_row_and_writes_what_was_asked_for(tmp_path, ca
     assert main(['bench', 'accuracy', '--quick', '--rows', 'density', '--json', str(out)]) == 0
     assert json.loads(out.read_text())['rows'][0]['name'] == 'density 10:1'
     assert '| density 10:1' in capsys.readouterr().out
+
+
+def test_the_peers_of_an_earlier_run_are_taken_as_they_were(tmp_path, capsys):
+    pytest.importorskip('small_gicp')
+    first, second = tmp_path / 'first.json', tmp_path / 'second.json'
+    command = ['bench', 'accuracy', '--quick', '--rows', 'density']
+    assert main([*command, '--json', str(first)]) == 0
+    assert main([*command, '--peers', str(first), '--json', str(second)]) == 0
+    assert json.loads(second.read_text()) == json.loads(first.read_text())
+    record = json.loads(first.read_text())
+    record['rows'][0]['levels'][0][0]['runs'] = 20
+    second.write_text(json.dumps(record))
+    assert main([*command, '--peers', str(second)]) == 1
+    assert 'give --quick both times or never' in capsys.readouterr().err
+    assert main([*command[:-1], 'holes', '--peers', str(first)]) == 1
+    assert "lacks the row 'holes'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('content', ['', '[]', '{}', 'no JSON'])
+def test_a_file_without_figures_is_refused(tmp_path, content):
+    file = tmp_path / 'wrong.json'
+    file.write_text(content)
+    with pytest.raises(NotMeasured, match='wrong.json'):
+        with_peers_of([], file)
 
 
 @pytest.mark.parametrize(

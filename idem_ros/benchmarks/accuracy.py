@@ -61,7 +61,7 @@ class Figures:
 
 @dataclass(frozen=True)
 class RowResult:
-    """The figures of a row: one tuple per level, IDEM first, then the peers."""
+    """The figures of a row: one tuple per level, IDEM first, then the peers that were run."""
 
     name: str
     kind: str
@@ -76,7 +76,7 @@ def measure_rows(rows, settings, config, jobs=1, progress=lambda outcomes, total
 
     Args:
         rows: `Row`s.
-        settings: the peers' `Setting`s that are tried.
+        settings: the peers' `Setting`s that are tried; none: IDEM runs alone.
         config: `RegistrationConfig` of IDEM; its voxel size is the case's.
         jobs: how many processes share the cases.
         progress: wraps the iteration over `total` outcomes to show how far it is.
@@ -102,7 +102,8 @@ def measure_case(task):
     """Return the `Outcome` of a `Task`: all settings from the starts of one case."""
     case = task.build()
     solvers = {Setting(IDEM): idem_solver(case, task.config)}
-    solvers.update(peer_solvers(case, task.settings))
+    if task.settings:
+        solvers.update(peer_solvers(case, task.settings))
     runs = []
     for number, level in enumerate(LEVELS):
         guesses = starts(case, level, task.starts)
@@ -133,6 +134,7 @@ def _run(case, level, setting, solve, T_guess):
 
 def _row_result(row, outcomes):
     runs = [run for outcome in outcomes for run in outcome.runs]
+    methods = [m for m in (IDEM, *PEERS) if any(run.setting.method == m for run in runs)]
     return RowResult(
         name=row.name,
         kind=row.kind,
@@ -140,7 +142,7 @@ def _row_result(row, outcomes):
         truth_rotation_deg=outcomes[0].truth_rotation_deg,
         truth_translation_m=outcomes[0].truth_translation_m,
         levels=tuple(
-            tuple(_at_best(runs, level, method) for method in (IDEM, *PEERS))
+            tuple(_at_best(runs, level, method) for method in methods)
             for level in range(len(LEVELS))
         ),
     )

@@ -23,6 +23,11 @@ def add_parser(subparsers):
         metavar='N',
         help='processes that share the work (default: one a core)',
     )
+    accuracy.add_argument(
+        '--peers',
+        metavar='FILE',
+        help='run IDEM alone; take the other methods from the --json of an earlier run',
+    )
     _add_common(accuracy)
     add_config_options(accuracy)
     accuracy.set_defaults(run=_accuracy)
@@ -45,23 +50,35 @@ def _add_common(parser):
 def _accuracy(args):
     from idem_ros.benchmarks import accuracy_report
     from idem_ros.benchmarks.accuracy import measure_rows
-    from idem_ros.benchmarks.methods import settings, small_gicp
+    from idem_ros.benchmarks.earlier import with_peers_of
+    from idem_ros.benchmarks.methods import small_gicp
     from idem_ros.benchmarks.rows import accuracy_rows
 
     config = _config(args)
     if args.jobs < 1:
         raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
-    small_gicp()
+    if not args.peers:
+        small_gicp()
     rows = accuracy_rows(args.rows, args.quick)
     if not rows:
         names = ', '.join(row.name for row in accuracy_rows())
         raise UsageError(f'--rows is {args.rows!r}, which no row bears; there are {names}')
-    tried = settings((3.0, 10.0), (1.5, 3.0)) if args.quick else settings()
-    results = measure_rows(rows, tried, config, args.jobs, _progress)
+    results = measure_rows(rows, _tried(args), config, args.jobs, _progress)
+    if args.peers:
+        results = with_peers_of(results, args.peers)
     text = accuracy_report.markdown(results)
     _write(args, accuracy_report.json_record(results), text)
     print(accuracy_report.summary(results) if args.markdown else text)
     return OK
+
+
+def _tried(args):
+    """Return the peers' settings."""
+    from idem_ros.benchmarks.methods import settings
+
+    if args.peers:
+        return ()
+    return settings((3.0, 10.0), (1.5, 3.0)) if args.quick else settings()
 
 
 def _speed(args):
