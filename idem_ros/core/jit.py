@@ -1,4 +1,8 @@
-"""How every kernel is compiled; the one place where that is decided."""
+"""How every kernel is compiled; the one place where that is decided, and told."""
+
+import logging
+
+from numba.core import event
 
 # The GIL is released, so that a node's callbacks go on. No nnan, no ninf: clouds hold NaN.
 # No parallel=True: its work-queue aborts when a second Python thread enters it.
@@ -8,3 +12,23 @@ JIT = {
     'error_model': 'numpy',
     'fastmath': {'nsz', 'arcp', 'contract', 'afn', 'reassoc'},
 }
+PACKAGE = __name__.partition('.')[0]
+
+
+class _Teller(event.Listener):
+    """Say once that kernels are being compiled, which numba does where its cache is cold."""
+
+    def __init__(self):
+        self.has_told = False
+
+    def on_start(self, event):
+        module = event.data['dispatcher'].py_func.__module__
+        if not self.has_told and module.startswith(PACKAGE):
+            self.has_told = True
+            logging.getLogger(PACKAGE).warning('compiling kernels: once, some ten seconds')
+
+    def on_end(self, event):
+        """Do nothing: the first result tells."""
+
+
+event.register('numba:compile', _Teller())
