@@ -20,7 +20,9 @@ class RegistrationConfig:
         None, 'edge of the voxels both clouds are reduced to first; none: points as given', 'm'
     )
     a: float = _parameter(
-        1.0, 'search radius over the mean distance to the fourth neighbour (Eq. 9)'
+        1.0,
+        'search radius over the mean distance to the fourth neighbour (Eq. 9); the last stage '
+        'takes up to twice that where noise fills the ball',
     )
     radius_schedule: tuple[float, ...] = _parameter(
         (4.0, 2.0, 1.0), 'stages, coarse to fine: the radius of each as a multiple of the last'

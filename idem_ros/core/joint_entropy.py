@@ -29,7 +29,7 @@ class JointEntropy:
     def __init__(self, target, source, radius, length_scale, skin=SKIN, threads=1, slide=False):
         self.radius = radius
         self.r2 = radius * radius * TIE
-        self.scale = radius if length_scale == 'radius' else 1.0
+        self.scale = length_unit(length_scale, radius)
         self.noise = (NOISE * radius) ** 2
         self.skin = skin * radius
         self.reach = radius * TIE + self.skin
@@ -97,6 +97,11 @@ class JointEntropy:
 
 def _rotation_and_translation(transform):
     return np.ascontiguousarray(transform[:3, :3]), transform[:3, 3].copy()
+
+
+def length_unit(length_scale, radius):
+    """Return what lengths are divided by before an entropy is taken."""
+    return radius if length_scale == 'radius' else 1.0
 
 
 def between_origins(target, source, T_target_source):

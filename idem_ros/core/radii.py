@@ -27,10 +27,11 @@ def stage_radii(target, source, config):
     narrow = config.a * float(np.sqrt(np.prod(list(spacings))))
     *earlier, last = config.radius_schedule
     radii = [factor * wide for factor in earlier] + [last * (min(narrow, wide) or wide)]
-    return [_rounded(radius) for radius in radii]
+    return [rounded(radius) for radius in radii]
 
 
-def _rounded(radius):
+def rounded(radius):
+    """Return a radius rounded to an eighth of an octave."""
     if radius == 0.0:
         return 0.0
     return float(2.0 ** (np.round(STEPS_PER_OCTAVE * np.log2(radius)) / STEPS_PER_OCTAVE))

@@ -9,9 +9,15 @@ from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
+from idem_ros.core.joint_entropy import (
+    JointEntropy,
+    between_origins,
+    from_origins,
+    length_unit,
+)
 from idem_ros.core.metric import overlap_of
-from idem_ros.core.radii import stage_radii
+from idem_ros.core.noise import widening
+from idem_ros.core.radii import rounded, stage_radii
 from idem_ros.core.solver import minimize_on_se3
 
 EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
@@ -76,6 +82,7 @@ def register(target, source, T_target_source=None, config=None):
         return _without_solution(T, Status.DEGENERATE)
     if config.voxel_size is None:
         finest = [_uncrowded(cloud, radii[-1]) for cloud in finest]
+    radii[-1] = _widened(*finest, radii[-1], config)
     T, iterations = between_origins(target, source, T), 0
     for stage, (radius, factor) in enumerate(zip(radii, config.radius_schedule, strict=True), 1):
         last = stage == len(radii)
@@ -91,6 +98,11 @@ def register(target, source, T_target_source=None, config=None):
 
 def _finest(cloud, voxel_size):
     return cloud if voxel_size is None else cloud.reduced(voxel_size)
+
+
+def _widened(target, source, radius, config):
+    scale = length_unit(config.length_scale, radius)
+    return rounded(radius * widening(target, source, radius, scale, config.threads))
 
 
 def _uncrowded(cloud, radius):

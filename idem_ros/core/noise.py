@@ -1,0 +1,47 @@
+"""How much of a ball is noise: the thickness of surfaces, and the wider ball it asks for."""
+
+import numpy as np
+
+QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
+LEAST_MEMBERS = 5
+SAMPLE = 2048
+ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained nothing
+WIDEST = 2.0
+
+
+def widening(target, source, radius, scale, threads):
+    """Return by how much to widen balls of a radius, 1 to 2, for the noise of two `Cloud`s.
+
+    The means of k points of a surface of thickness s are known to s / sqrt(k); where the ball is
+    not wide against that, it tells the surface's direction badly. Measured, not derived: twice the
+    radius halves the error in a room at 9 standard deviations of noise, and doubles it in a
+    street at 50.
+    """
+    found = [_thickness(c.neighbourhoods(radius, scale, threads)) for c in (target, source)]
+    thickness = max(s for s, _ in found)
+    members = sum(k for _, k in found)
+    wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(members))) if members else 1.0
+    return float(np.clip(wanted, 1.0, WIDEST))
+
+
+def _thickness(neighbourhoods):
+    """Return the lower quartile of the balls' thickness, and the median of their members."""
+    own = neighbourhoods.raw_own
+    own = own[:: max(len(own) // SAMPLE, 1)]
+    own = own[own[:, 0] >= LEAST_MEMBERS]
+    if len(own) == 0:
+        return 0.0, 0.0
+    k = own[:, 0]
+    # det / (sum of principal minors) is the least eigenvalue where it is much the least.
+    xx, xy, xz, yy, yz, zz = _covariances(own).T
+    minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+    det = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
+    least = np.divide(det, minors, out=np.zeros_like(det), where=minors > 0)
+    thickness = np.sqrt(np.maximum(least, 0.0) * k / (k - 3))  # three of k fix the plane
+    return float(np.quantile(thickness, QUARTILE)), float(np.median(k))
+
+
+def _covariances(moments):
+    mean = moments[:, 1:4] / moments[:, :1]
+    outer = mean[:, [0, 0, 0, 1, 1, 2]] * mean[:, [0, 1, 2, 1, 2, 2]]
+    return moments[:, 4:] / moments[:, :1] - outer

@@ -1,0 +1,52 @@
+import naive
+import numpy as np
+import pytest
+from clouds import motion, surface
+
+from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core.noise import _covariances, _thickness, widening
+
+
+def plane(rng, sigma):
+    return np.c_[rng.random((20000, 2)), rng.normal(size=20000) * sigma]
+
+
+def test_covariances_are_those_of_the_members(rng):
+    cloud = Cloud(rng.random((200, 3)))
+    own = cloud.neighbourhoods(0.4, 0.4)
+    got = _covariances(own.unit_own[:10])
+    for p, upper in zip(own.grid.points, got, strict=False):
+        expected = np.cov(naive.ball(cloud.points, p, 0.4).T, bias=True)
+        np.testing.assert_allclose(naive.symmetric(upper), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize('sigma', [0.001, 0.004])
+@pytest.mark.parametrize('voxel_size', [None, 0.04])
+def test_the_thickness_of_a_plane_is_its_noise(rng, sigma, voxel_size):
+    cloud = Cloud(plane(rng, sigma))
+    cloud = cloud if voxel_size is None else cloud.reduced(voxel_size)
+    thickness, members = _thickness(cloud.neighbourhoods(0.06, 0.06))
+    assert members > 50
+    assert 0.8 * sigma < thickness < 1.1 * sigma
+
+
+def test_balls_are_widened_only_where_noise_fills_them(rng):
+    exact, noisy = ([Cloud(surface(rng, 4000, sigma)) for _ in range(2)] for sigma in (0.0, 0.015))
+    assert widening(*exact, 0.06, 0.06, threads=1) == 1.0
+    assert widening(*noisy, 0.06, 0.06, threads=1) > 1.5
+    assert widening(exact[0], noisy[0], 0.06, 0.06, threads=1) == pytest.approx(
+        widening(noisy[0], exact[0], 0.06, 0.06, threads=1)
+    )
+
+
+def test_too_few_members_say_nothing(rng):
+    lonely = Cloud(rng.random((50, 3)) * 1000)
+    assert widening(lonely, lonely, 0.1, 0.1, threads=1) == 1.0
+
+
+def test_a_noisy_pair_is_registered_over_wider_balls(rng):
+    def radius(sigma):
+        target, source = surface(rng, 3000, sigma), surface(rng, 3000, sigma)
+        return register(target, source, motion(rng, 1, 0.01), RegistrationConfig()).radius
+
+    assert radius(0.02) > 1.4 * radius(0.0)
