@@ -4,7 +4,7 @@ import pytest
 from clouds import motion, surface
 
 from idem_ros.core import Cloud, RegistrationConfig, register
-from idem_ros.core.noise import _covariances, _thickness, widening
+from idem_ros.core.noise import _covariances, widening
 
 
 def plane(rng, sigma):
@@ -25,7 +25,7 @@ def test_covariances_are_those_of_the_members(rng):
 def test_the_thickness_of_a_plane_is_its_noise(rng, sigma, voxel_size):
     cloud = Cloud(plane(rng, sigma))
     cloud = cloud if voxel_size is None else cloud.reduced(voxel_size)
-    thickness, members = _thickness(cloud.neighbourhoods(0.06, 0.06))
+    thickness, members = cloud.thickness(0.06, 0.06)
     assert members > 50
     assert 0.8 * sigma < thickness < 1.1 * sigma
 

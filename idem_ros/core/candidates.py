@@ -16,7 +16,7 @@ from idem_ros.core.jit import JIT
 from idem_ros.core.moments import into_frame
 
 SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
-EXPECTED = 16  # candidates a point; the list grows where there are more
+EXPECTED = 8  # candidates a point; the list grows where there are more
 
 
 class Candidates(NamedTuple):

@@ -12,6 +12,7 @@ from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, build_grid
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import TIE, own_moments
+from idem_ros.core.noise import thickness_and_members
 from idem_ros.core.voxels import reduce_to_voxels
 
 KEPT = 8  # results kept of each kind: enough for two schedules of four stages
@@ -60,6 +61,7 @@ class Cloud:
         self._fourth_neighbor_distance = {}
         self._neighbourhoods = {}
         self._reduced = {}
+        self._thickness = {}
 
     def __len__(self):
         return len(self.points)
@@ -106,6 +108,21 @@ class Cloud:
 
         in_blocks(n, threads, fill)
         return Neighbourhoods(grid, order, raw, unit_own, raw_own, h)
+
+    def thickness(self, radius, scale, threads=1):
+        """Return how thick surfaces are in balls of a radius, and their members; computed once."""
+        if radius not in self._thickness:
+            found = thickness_and_members(self.neighbourhoods(radius, scale, threads))
+            _keep(self._thickness, radius, found)
+        return self._thickness[radius]
+
+    def forget(self, radius, scale):
+        """Let go of the neighbourhoods at a radius that no stage uses."""
+        self._neighbourhoods.pop((radius, scale), None)
+
+    def forget_reduced(self):
+        """Let go of the coarser clouds: nobody can ask for them again."""
+        self._reduced.clear()
 
     def crowding(self, radius):
         """Return how many points share the cell of a point, on average, in cells of the radius."""

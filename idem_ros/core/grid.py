@@ -7,7 +7,7 @@ from numba import njit
 
 from idem_ros.core.jit import JIT
 
-CELLS_PER_POINT = 16  # few periods lie over one another; the table still fits in a core's cache
+CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
 LEAST_BITS = 3  # eight cells along each axis: the seven around a point never coincide
 
 

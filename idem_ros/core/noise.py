@@ -17,14 +17,14 @@ def widening(target, source, radius, scale, threads):
     radius halves the error in a room at 9 standard deviations of noise, and doubles it in a
     street at 50.
     """
-    found = [_thickness(c.neighbourhoods(radius, scale, threads)) for c in (target, source)]
+    found = [cloud.thickness(radius, scale, threads) for cloud in (target, source)]
     thickness = max(s for s, _ in found)
     members = sum(k for _, k in found)
     wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(members))) if members else 1.0
     return float(np.clip(wanted, 1.0, WIDEST))
 
 
-def _thickness(neighbourhoods):
+def thickness_and_members(neighbourhoods):
     """Return the lower quartile of the balls' thickness, and the median of their members."""
     own = neighbourhoods.raw_own
     own = own[:: max(len(own) // SAMPLE, 1)]

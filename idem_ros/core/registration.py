@@ -1,5 +1,6 @@
 """Register two clouds by minimising q_tot: the algorithm on one page."""
 
+import itertools
 from dataclasses import dataclass
 from enum import Enum
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.cloud import as_cloud
+from idem_ros.core.cloud import Cloud, as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.joint_entropy import (
     JointEntropy,
@@ -72,6 +73,7 @@ def register(target, source, T_target_source=None, config=None):
         InvalidCloud, InvalidTransform: for input that is no cloud or no rigid transform.
     """
     config = RegistrationConfig() if config is None else config
+    is_ours = [not isinstance(points, Cloud) for points in (target, source)]
     target, source = in_threads(config.threads, as_cloud, (target, source))
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     finest = in_threads(config.threads, lambda c: _finest(c, config.voxel_size), (target, source))
@@ -93,6 +95,8 @@ def register(target, source, T_target_source=None, config=None):
         )
         solution = minimize_on_se3(joint.linearize, T, **_termination(config, radius, last))
         T, iterations = solution.transform, iterations + solution.iterations
+        for cloud in itertools.compress(finest, is_ours):
+            cloud.forget_reduced()
     return _result(target, source, joint, solution, iterations)
 
 
@@ -102,7 +106,11 @@ def _finest(cloud, voxel_size):
 
 def _widened(target, source, radius, config):
     scale = length_unit(config.length_scale, radius)
-    return rounded(radius * widening(target, source, radius, scale, config.threads))
+    wider = rounded(radius * widening(target, source, radius, scale, config.threads))
+    if wider != radius:
+        target.forget(radius, scale)
+        source.forget(radius, scale)
+    return wider
 
 
 def _uncrowded(cloud, radius):
