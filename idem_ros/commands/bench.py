@@ -5,6 +5,8 @@ import os
 from idem_ros.commands.exit_codes import DATA, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 
+OWN = ('voxel_size',)  # each row has its own
+
 
 def add_parser(subparsers):
     """Add the subcommand."""
@@ -29,15 +31,15 @@ def add_parser(subparsers):
         help='run IDEM alone; take the other methods from the --json of an earlier run',
     )
     _add_common(accuracy)
-    add_config_options(accuracy)
+    add_config_options(accuracy, without=OWN)
     accuracy.set_defaults(run=_accuracy)
     speed = kinds.add_parser('speed', help='time, memory, and time to accuracy')
     _add_common(speed)
-    add_config_options(speed)
+    add_config_options(speed, without=OWN)
     speed.set_defaults(run=_speed)
     main = kinds.add_parser('main', help="the main job's figures; exit code 1 if one is missed")
     _add_common(main)
-    add_config_options(main)
+    add_config_options(main, without=OWN)
     main.set_defaults(run=_main)
 
 
@@ -117,10 +119,7 @@ def _config(args):
     for file in (args.json, args.markdown):
         if file:
             require_writable(file)
-    config = config_from(args)
-    if config.voxel_size is not None:
-        raise UsageError('--voxel-size is given; here each row has its own')
-    return config
+    return config_from(args)
 
 
 def _progress(steps, total=None):

@@ -8,10 +8,17 @@ from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 
 
-def add_config_options(parser):
-    """Add one option for each field, of the same name: voxel_size becomes --voxel-size."""
+def add_config_options(parser, without=()):
+    """Add one option for each field, of the same name: voxel_size becomes --voxel-size.
+
+    Args:
+        parser: what they are added to.
+        without: names of fields that the command decides itself.
+    """
     group = parser.add_argument_group('registration')
     for field in fields(RegistrationConfig):
+        if field.name in without:
+            continue
         group.add_argument(
             option_name(field),
             dest=field.name,
@@ -29,7 +36,7 @@ def config_from(args):
     Raises:
         UsageError: a value outside its range.
     """
-    names = [field.name for field in fields(RegistrationConfig)]
+    names = [field.name for field in fields(RegistrationConfig) if hasattr(args, field.name)]
     try:
         return RegistrationConfig(**{name: getattr(args, name) for name in names})
     except InvalidConfig as error:
