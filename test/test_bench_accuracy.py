@@ -137,7 +137,7 @@ def test_a_file_without_figures_is_refused(tmp_path, content):
 
 
 @pytest.mark.parametrize(
-    'wrong', [['--rows', 'nothing'], ['--jobs', '0'], ['--voxel-size', '1'], ['--a', '-1']]
+    'wrong', [['--rows', 'nothing'], ['--jobs', '0'], ['--a', '-1']]
 )
 def test_wrong_options_are_refused_in_one_line(wrong, capsys):
     assert main(['bench', 'accuracy', *wrong]) == 2
