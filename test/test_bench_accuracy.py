@@ -136,9 +136,7 @@ def test_a_file_without_figures_is_refused(tmp_path, content):
         with_peers_of([], file)
 
 
-@pytest.mark.parametrize(
-    'wrong', [['--rows', 'nothing'], ['--jobs', '0'], ['--a', '-1']]
-)
+@pytest.mark.parametrize('wrong', [['--rows', 'nothing'], ['--jobs', '0'], ['--a', '-1']])
 def test_wrong_options_are_refused_in_one_line(wrong, capsys):
     assert main(['bench', 'accuracy', *wrong]) == 2
     assert capsys.readouterr().err.count('\n') == 1
