@@ -50,3 +50,13 @@ def test_a_noisy_pair_is_registered_over_wider_balls(rng):
         return register(target, source, motion(rng, 1, 0.01), RegistrationConfig()).radius
 
     assert radius(0.02) > 1.4 * radius(0.0)
+
+
+def test_members_along_lines_are_not_asked_for_noise(rng):
+    """Rings of a LiDAR: each is exact across itself, and hides what the surface's noise is."""
+    lines = np.repeat(np.arange(20) * 0.3, 400)
+    rings = np.c_[lines, rng.random(8000) * 3, np.zeros(8000)]
+    sheet = plane(rng, 0.004)
+    cloud = Cloud(np.vstack([rings + (0, 0, 5), sheet]))
+    thickness, _ = cloud.thickness(0.06, 0.06)
+    assert 0.8 * 0.004 < thickness < 1.1 * 0.004

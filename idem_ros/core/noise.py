@@ -3,7 +3,9 @@
 import numpy as np
 
 QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
-LEAST_MEMBERS = 5
+LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise
+# Members along a line, as one ring of a LiDAR leaves them, lie on the ring's cone: no noise shows.
+LEAST_SPREAD = 0.08  # of the second axis against the first, about
 SAMPLE = 2048
 ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained nothing
 WIDEST = 2.0
@@ -29,16 +31,15 @@ def thickness_and_members(neighbourhoods):
     own = neighbourhoods.raw_own
     own = own[:: max(len(own) // SAMPLE, 1)]
     own = own[own[:, 0] >= LEAST_MEMBERS]
-    if len(own) == 0:
-        return 0.0, 0.0
-    k = own[:, 0]
-    # det / (sum of principal minors) is the least eigenvalue where it is much the least.
-    xx, xy, xz, yy, yz, zz = _covariances(own).T
+    k, (xx, xy, xz, yy, yz, zz) = own[:, 0], _covariances(own).T
     minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+    sheet = minors > LEAST_SPREAD * (xx + yy + zz) ** 2
+    if not sheet.any():
+        return 0.0, 0.0
     det = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
-    least = np.divide(det, minors, out=np.zeros_like(det), where=minors > 0)
-    thickness = np.sqrt(np.maximum(least, 0.0) * k / (k - 3))  # three of k fix the plane
-    return float(np.quantile(thickness, QUARTILE)), float(np.median(k))
+    # det / (sum of principal minors) is the least eigenvalue where it is much the least.
+    least = np.maximum(det[sheet], 0.0) / minors[sheet] * k[sheet] / (k[sheet] - 3)
+    return float(np.quantile(np.sqrt(least), QUARTILE)), float(np.median(k))
 
 
 def _covariances(moments):
