@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def test_what_does_not_overlap_is_a_status_in_valid_json(tmp_path, rng, monkeypa
     np.save('far.npy', points + 100.0)
     np.save('few.npy', points[:2])
     for source, status in (('far.npy', 'no_overlap'), ('few.npy', 'too_few_points')):
-        assert main(['register', 'target.npy', source, '--json']) == 0
+        assert main(['register', 'target.npy', source, '--json']) == 1
         result = json.loads(capsys.readouterr().out)
         assert (result['status'], result['converged']) == (status, False)
 
@@ -85,3 +86,17 @@ def test_bad_input_gets_one_line_and_writes_nothing(files, tmp_path, capsys, arg
     assert captured.err.count('\n') == 1
     assert words in captured.err
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize('option', ['target.npy', 'source.npy', './guess.txt'])
+def test_an_input_is_never_replaced_by_the_pose(files, capsys, option):
+    before = Path(option).read_bytes()
+    argv = ['register', 'target.npy', 'source.npy', '--guess', 'guess.txt', '--out', option]
+    assert main(argv) == 2
+    assert 'an input' in capsys.readouterr().err
+    assert Path(option).read_bytes() == before
+
+
+def test_the_exit_code_says_whether_it_converged(files, capsys):
+    assert main(['register', 'target.npy', 'source.npy', '--voxel-size', '1000']) == 1
+    assert 'too_few_points' in capsys.readouterr().out

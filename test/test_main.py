@@ -1,7 +1,9 @@
+import re
 import subprocess
 import sys
 
 import pytest
+from conftest import ROOT
 
 from idem_ros.commands import main as module
 from idem_ros.commands.exit_codes import UsageError
@@ -71,3 +73,16 @@ def test_a_reader_that_goes_away_leaves_no_traceback():
     run.stderr.close()
     assert run.wait() == 1
     assert error == b''
+
+
+def test_the_version_is_the_packages(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['--version'])
+    assert ended.value.code == 0
+    version = re.search('<version>(.*)</version>', (ROOT / 'package.xml').read_text()).group(1)
+    assert capsys.readouterr().out == f'idem {version}\n'
+
+
+def test_a_full_disk_is_one_line(monkeypatch, capsys):
+    assert ends_with(OSError(28, 'No space left on device'), monkeypatch) == 1
+    assert capsys.readouterr().err == 'idem: error: [Errno 28] No space left on device\n'

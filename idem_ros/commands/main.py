@@ -5,6 +5,7 @@ import logging
 import os
 import sys
 
+from idem_ros import __version__
 from idem_ros.commands import bag, bench, demo, docs, play, register, replay, simulate
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
@@ -35,10 +36,14 @@ def main(argv=None):
     except BrokenPipeError:  # the reader of our output went away: `idem ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DATA
+    except OSError as error:  # a full disk, a file that vanished: nothing of ours to mend
+        print(f'idem: error: {error}', file=sys.stderr)
+        return DATA
 
 
 def _parser():
     parser = _Parser(prog='idem', description='Fine registration of point clouds by entropy.')
+    parser.add_argument('--version', action='version', version=f'%(prog)s {__version__}')
     subparsers = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
     for command in COMMANDS:
         command.add_parser(subparsers)

@@ -1,6 +1,8 @@
 """`idem register`: refine the pose of one cloud file in the frame of another."""
 
-from idem_ros.commands.exit_codes import OK
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import DATA, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 
 
@@ -9,7 +11,8 @@ def add_parser(subparsers):
     parser = subparsers.add_parser(
         'register',
         help='register one cloud file to another',
-        description='Refine the pose of SOURCE in the frame of TARGET.',
+        description='Refine the pose of SOURCE in the frame of TARGET. The exit code is 0 where '
+        'the registration converged, 1 where it did not (its status says why).',
     )
     parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
     parser.add_argument('source', metavar='SOURCE', help='cloud file')
@@ -33,13 +36,21 @@ def run(args):
 
     config = config_from(args)
     if args.out:
+        _refuse_inputs_as_output(args)
         require_writable(args.out)
     guess = read_pose(args.guess) if args.guess else None
     result = register(read_cloud(args.target), read_cloud(args.source), guess, config)
     if args.out:
         write_pose(args.out, result.T_target_source)
     print(_json(args, result) if args.json else _text(result))
-    return OK
+    return OK if result.converged else DATA
+
+
+def _refuse_inputs_as_output(args):
+    out = Path(args.out).resolve()
+    for file in (args.target, args.source, args.guess):
+        if file and Path(file).resolve() == out:
+            raise UsageError(f'--out is {args.out}, an input; a pose there would replace it')
 
 
 def _json(args, result):
