@@ -4,8 +4,6 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-from idem_ros import __version__
-
 PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
@@ -14,7 +12,7 @@ BENCH = ['small_gicp', 'psutil']
 
 setup(
     name=PACKAGE,
-    version=__version__,
+    version='0.1.0',
     description='Online fine registration of point clouds by entropy minimisation (IDEM)',
     license='Apache-2.0',
     maintainer='idem_ros maintainers',

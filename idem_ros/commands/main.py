@@ -5,12 +5,20 @@ import logging
 import os
 import sys
 
-from idem_ros import __version__
 from idem_ros.commands import bag, bench, demo, docs, play, register, replay, simulate
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
 COMMANDS = (register, bag, replay, play, demo, bench, simulate, docs)
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser, *args):
+        """Print the installed version and end; looked up only when it is asked for."""
+        from importlib.metadata import version
+
+        print(f'{parser.prog} {version("idem_ros")}')
+        parser.exit()
 
 
 class _Parser(argparse.ArgumentParser):
@@ -43,7 +51,7 @@ def main(argv=None):
 
 def _parser():
     parser = _Parser(prog='idem', description='Fine registration of point clouds by entropy.')
-    parser.add_argument('--version', action='version', version=f'%(prog)s {__version__}')
+    parser.add_argument('--version', action=_Version, nargs=0, help='print the version')
     subparsers = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
     for command in COMMANDS:
         command.add_parser(subparsers)
