@@ -1,6 +1,7 @@
 """The parts of the README that are written by a command: what the code says of itself."""
 
 from dataclasses import fields
+from itertools import dropwhile, takewhile
 
 from idem_ros.benchmarks.markdown import table
 from idem_ros.commands.options import option_name
@@ -9,6 +10,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import INPUTS, OUTPUTS, default_of, description_of, parameter_fields
 
 FIGURES = 'docs/figures.md'
+ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'
 BEGIN, END = '<!-- {name}: written by `make docs` -->', '<!-- end of {name} -->'
 
 
@@ -16,10 +18,12 @@ def blocks(folder):
     """Return {name: Markdown} of the parts that follow from the code, and of measured figures.
 
     Args:
-        folder: `Path` of the checkout; its FIGURES are written by `idem bench main`.
+        folder: `Path` of the checkout; the figures are what `idem bench` wrote to its docs.
     """
     return {
-        'figures': _without_heading((folder / FIGURES).read_text()),
+        'figures': _lines_of(folder / FIGURES, ('|',)),
+        'accuracy': _lines_of(folder / ACCURACY, ('-', '  -')),
+        'speed': _lines_of(folder / SPEED, ('|',)),
         'topics': _topics(),
         'parameters': _parameters(),
     }
@@ -41,9 +45,11 @@ def with_blocks(text, contents):
     return text
 
 
-def _without_heading(text):
-    lines = [line for line in text.splitlines() if not line.startswith('#')]
-    return '\n'.join(lines).strip()
+def _lines_of(path, starts):
+    """Return the first run of lines that begin so: a report's verdicts stand before its tables."""
+    lines = path.read_text().splitlines()
+    from_first = dropwhile(lambda line: not line.startswith(starts), lines)
+    return '\n'.join(takewhile(lambda line: line.startswith(starts), from_first))
 
 
 def _topics():

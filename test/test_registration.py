@@ -190,7 +190,7 @@ def test_steps_that_do_not_suffice_are_a_status(pair, rng):
     start = truth @ motion(rng, 4, 0.08)
     result = register(target, source, start, RegistrationConfig(max_iterations=1))
     assert result.status is Status.MAX_ITERATIONS
-    assert result.iterations == 3
+    assert result.iterations == 4  # one a stage
 
 
 def test_the_result_cannot_be_changed(pair):
@@ -227,3 +227,15 @@ def test_a_far_denser_cloud_is_reduced_to_what_the_radius_resolves(rng):
     result = register(dense, sparse, motion(rng, 2, 0.03))
     assert result.converged
     assert error_of(result.T_target_source, np.eye(4))[0] < 1.0
+
+
+def test_a_stage_wider_than_the_clouds_is_left_out(rng):
+    """Eight times the spacing of 250 points is a ball about all of them."""
+    sparse, dense = surface(rng, 250, 0.003), surface(rng, 4000, 0.003)
+    start = motion(rng, 2, 0.03)
+    wide, narrow = (
+        register(dense, sparse, start, RegistrationConfig(radius_schedule=schedule))
+        for schedule in ((8.0, 4.0, 2.0, 1.0), (4.0, 2.0, 1.0))
+    )
+    np.testing.assert_array_equal(wide.T_target_source, narrow.T_target_source)
+    assert wide.converged

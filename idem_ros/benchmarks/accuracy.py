@@ -109,7 +109,8 @@ def measure_case(task):
         guesses = starts(case, level, task.starts)
         for method in (IDEM, *PEERS):
             chosen = {s: solve for s, solve in solvers.items() if s.method == method}
-            runs += _race(case, number, chosen, guesses)
+            if chosen:
+                runs += _race(case, number, chosen, guesses)
     return Outcome(task.row, case.spacing, case.truth_rotation_deg, case.truth_translation_m, runs)
 
 

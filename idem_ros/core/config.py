@@ -25,7 +25,8 @@ class RegistrationConfig:
         'takes up to twice that where noise fills the ball',
     )
     radius_schedule: tuple[float, ...] = _parameter(
-        (4.0, 2.0, 1.0), 'stages, coarse to fine: the radius of each as a multiple of the last'
+        (8.0, 4.0, 2.0, 1.0),
+        'stages, coarse to fine: the radius of each as a multiple of the last',
     )
     length_scale: str = _parameter(
         'radius',

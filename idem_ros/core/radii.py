@@ -4,6 +4,7 @@ import numpy as np
 
 SAMPLE = 1024  # points, at least, that a registration estimates the spacing of a cloud from
 STEPS_PER_OCTAVE = 8
+WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it
 
 
 def weighted_radius(a, target, source, most=None, threads=1):
@@ -28,6 +29,11 @@ def stage_radii(target, source, config):
     *earlier, last = config.radius_schedule
     radii = [factor * wide for factor in earlier] + [last * (min(narrow, wide) or wide)]
     return [rounded(radius) for radius in radii]
+
+
+def widest_useful(target, source):
+    """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
+    return WIDEST * min(np.linalg.norm(np.ptp(c.points, axis=0)) / 2 for c in (target, source))
 
 
 def rounded(radius):

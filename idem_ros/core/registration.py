@@ -18,7 +18,7 @@ from idem_ros.core.joint_entropy import (
 )
 from idem_ros.core.metric import overlap_of
 from idem_ros.core.noise import widening
-from idem_ros.core.radii import rounded, stage_radii
+from idem_ros.core.radii import rounded, stage_radii, widest_useful
 from idem_ros.core.solver import minimize_on_se3
 
 EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
@@ -85,9 +85,12 @@ def register(target, source, T_target_source=None, config=None):
     if config.voxel_size is None:
         finest = [_uncrowded(cloud, radii[-1]) for cloud in finest]
     radii[-1] = _widened(*finest, radii[-1], config)
+    widest = widest_useful(*finest)
     T, iterations = between_origins(target, source, T), 0
     for stage, (radius, factor) in enumerate(zip(radii, config.radius_schedule, strict=True), 1):
         last = stage == len(radii)
+        if radius > widest and not last:
+            continue
         spacing = SPACING * radius if config.voxel_size is None else factor * config.voxel_size
         clouds = finest if factor <= 1.0 else [cloud.reduced(spacing) for cloud in finest]
         joint = JointEntropy(
