@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from idem_ros.core.grid import bounds
+
 SAMPLE = 1024  # points, at least, that a registration estimates the spacing of a cloud from
 STEPS_PER_OCTAVE = 8
 WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it
@@ -33,7 +35,8 @@ def stage_radii(target, source, config):
 
 def widest_useful(target, source):
     """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
-    return WIDEST * min(np.linalg.norm(np.ptp(c.points, axis=0)) / 2 for c in (target, source))
+    boxes = (bounds(cloud.points) for cloud in (target, source))
+    return WIDEST * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
 
 
 def rounded(radius):
