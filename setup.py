@@ -7,7 +7,7 @@ from setuptools import find_packages, setup
 PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
-TEST = ['pytest', 'hypothesis', 'ruff==0.17.6']
+TEST = ['pytest', 'hypothesis', 'ruff==0.17.6', 'evo']
 BENCH = ['small_gicp', 'psutil']
 
 setup(

@@ -55,10 +55,11 @@ def write_pose(path, transform):
 def write_tum(path, stamps, transforms):
     """Write (4, 4) transforms as TUM lines; stamps in nanoseconds."""
     with replacing(path) as temporary:
-        temporary.write_text(''.join(map(_tum_line, stamps, transforms)))
+        temporary.write_text(''.join(map(tum_line, stamps, transforms)))
 
 
-def _tum_line(stamp, transform):
+def tum_line(stamp, transform):
+    """Return the line `t x y z qx qy qz qw` of a (4, 4) transform; `stamp` in nanoseconds."""
     seconds, nanoseconds = divmod(int(stamp), 10**9)
     translation, quaternion = translation_and_quaternion(transform)
     numbers = ' '.join(f'{number:.12f}' for number in (*translation, *quaternion))

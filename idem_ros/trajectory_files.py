@@ -1,0 +1,139 @@
+"""Trajectories as text files: TUM and CSV lines with stamps, KITTI lines without."""
+
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idem_ros.atomic_file import replacing
+from idem_ros.core.exceptions import IdemError
+from idem_ros.core.se3 import checked_transform
+from idem_ros.pose_files import tum_line
+from idem_ros.transform_message import matrix_from
+
+TUM_NUMBERS, KITTI_NUMBERS = 8, 12
+CSV_HEADER = 'stamp,x,y,z,qx,qy,qz,qw'
+LATEST = 2**31  # [s], the end of ROS time
+EXPECTED = {
+    TUM_NUMBERS: 'the eight numbers t x y z qx qy qz qw',
+    KITTI_NUMBERS: 'the twelve numbers of the first three rows of a 4x4 matrix',
+}
+
+
+class UnreadableTrajectory(IdemError):
+    """A file that holds no trajectory that can be read."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Poses of one body in one fixed frame, in the order of time."""
+
+    poses: NDArray
+    """(N, 4, 4) float64."""
+    stamps: NDArray | None = None
+    """(N,) int64 [ns], increasing; None: the poses are numbered from 0 (KITTI)."""
+
+    def __len__(self):
+        return len(self.poses)
+
+
+def read_trajectory(path):
+    """Read a trajectory file; lines that begin with # are comments.
+
+    Args:
+        path: a .csv file whose first line is `stamp,x,y,z,qx,qy,qz,qw`; any other file holds
+            TUM lines `t x y z qx qy qz qw` or KITTI lines of twelve numbers: its first line
+            says which. Stamps are in seconds.
+
+    Returns:
+        `Trajectory`; KITTI's has no stamps.
+
+    Raises:
+        UnreadableTrajectory: no such file, no pose in it, or a line that is none, named by its
+            number; stamps that do not increase.
+    """
+    path = Path(path)
+    lines = _lines(path)
+    if path.suffix.lower() == '.csv':
+        lines = _after_header(path, lines)
+    if not lines:
+        raise UnreadableTrajectory(
+            f'{path} holds no pose; each line must hold {" or ".join(EXPECTED.values())}'
+        )
+    length = len(lines[0][1])
+    if length not in EXPECTED or (path.suffix.lower() == '.csv' and length != TUM_NUMBERS):
+        length = TUM_NUMBERS
+    rows = [_checked(path, number, words, length) for number, words in lines]
+    poses = np.array([pose for _, pose in rows])
+    if length == KITTI_NUMBERS:
+        return Trajectory(poses)
+    stamps = np.array([stamp for stamp, _ in rows], dtype=np.int64)
+    late = np.flatnonzero(np.diff(stamps) <= 0)
+    if late.size:
+        raise UnreadableTrajectory(
+            f'{path}, line {lines[late[0] + 1][0]}: its stamp is not later than that of line '
+            f'{lines[late[0]][0]}; stamps must increase'
+        )
+    return Trajectory(poses, stamps)
+
+
+def write_kitti(path, transforms):
+    """Write (4, 4) transforms as KITTI lines: twelve numbers, row by row, every digit kept."""
+    with replacing(path) as temporary:
+        np.savetxt(temporary, np.reshape([T[:3] for T in transforms], (-1, KITTI_NUMBERS)))
+
+
+def write_csv(path, stamps, transforms):
+    """Write (4, 4) transforms as a table with a header line; stamps in nanoseconds."""
+    with replacing(path) as temporary:
+        lines = (tum_line(*row).replace(' ', ',') for row in zip(stamps, transforms, strict=True))
+        temporary.write_text(CSV_HEADER + '\n' + ''.join(lines))
+
+
+def _lines(path):
+    """Return (number, words) of each line that is no comment."""
+    try:
+        text = path.read_text(encoding='utf-8-sig')
+    except OSError as error:
+        raise UnreadableTrajectory(f'{path} cannot be read: {error.strerror or error}') from error
+    except UnicodeDecodeError as error:
+        raise UnreadableTrajectory(f'{path} is no trajectory; it must be a text file') from error
+    separator = ',' if path.suffix.lower() == '.csv' else None
+    return [
+        (number, [word.strip() for word in line.split(separator)])
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith('#')
+    ]
+
+
+def _after_header(path, lines):
+    if not lines or lines[0][1] != CSV_HEADER.split(','):
+        raise UnreadableTrajectory(f'{path} must begin with the line {CSV_HEADER}')
+    return lines[1:]
+
+
+def _checked(path, number, words, length):
+    try:
+        if len(words) != length:
+            raise UnreadableTrajectory(f'it holds {len(words)} columns')
+        return (_kitti if length == KITTI_NUMBERS else _tum)(words)
+    except (IdemError, ValueError, InvalidOperation) as error:
+        reason = str(error) if isinstance(error, (IdemError, ValueError)) else 'its stamp'
+        raise UnreadableTrajectory(
+            f'{path}, line {number} is no pose ({reason}); it must hold {EXPECTED[length]}'
+        ) from error
+
+
+def _tum(words):
+    seconds = Decimal(words[0])  # a float would round stamps of today to a quarter microsecond
+    if not (seconds.is_finite() and 0 <= seconds < LATEST):
+        raise UnreadableTrajectory(f'its stamp {words[0]} is none in seconds')
+    numbers = [float(word) for word in words[1:]]
+    return round(seconds * 10**9), matrix_from(numbers[:3], numbers[3:])
+
+
+def _kitti(words):
+    rows = np.reshape([float(word) for word in words], (3, 4))
+    return None, checked_transform(np.vstack([rows, (0, 0, 0, 1)]), 'the matrix')
