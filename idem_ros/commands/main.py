@@ -5,11 +5,21 @@ import logging
 import os
 import sys
 
-from idem_ros.commands import bag, bench, demo, docs, play, register, replay, simulate
+from idem_ros.commands import (
+    bag,
+    bench,
+    demo,
+    docs,
+    experiments,
+    play,
+    register,
+    replay,
+    simulate,
+)
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
-COMMANDS = (register, bag, replay, play, demo, bench, simulate, docs)
+COMMANDS = (register, bag, replay, play, demo, bench, simulate, experiments, docs)
 
 
 class _Version(argparse.Action):

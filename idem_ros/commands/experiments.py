@@ -1,0 +1,99 @@
+"""`idem experiments`: the tables and figures of the paper, made again."""
+
+import os
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import OK, UsageError
+
+OUT = 'experiments'
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'experiments',
+        help="make the paper's tables and figures again",
+        description="Make the paper's tables and figures again, each beside the paper's own.",
+    )
+    kinds = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    listing = kinds.add_parser('list', help='list what there is')
+    listing.set_defaults(run=_list)
+    running = kinds.add_parser(
+        'run',
+        help='run some, or all',
+        description='Run experiments. Each writes CSV, PNG, PDF and a Markdown page. What an '
+        'earlier run made with the same settings is kept: an interrupted run goes on.',
+    )
+    running.add_argument('names', nargs='+', metavar='NAME', help='of the list, or all')
+    running.add_argument(
+        '--out', metavar='DIR', default=OUT, help='folder of the outputs (default: %(default)s)'
+    )
+    running.add_argument('--seed', type=int, default=0, metavar='N', help='(default: 0)')
+    running.add_argument('--quick', action='store_true', help='coarse grids and few trials')
+    running.add_argument(
+        '--model',
+        metavar='FILE',
+        help="mesh in place of the paper's, such as bun_zipper_res3.ply "
+        "(default: a bunny-like surface of the project's own)",
+    )
+    running.set_defaults(run=_run)
+
+
+def _list(args):
+    from idem_ros.experiments.catalogue import EXPERIMENTS
+
+    width = max(len(experiment.name) for experiment in EXPERIMENTS)
+    for experiment in EXPERIMENTS:
+        print(f'{experiment.name:{width}}  {experiment.title}')
+    return OK
+
+
+def _run(args):
+    from time import perf_counter
+
+    from idem_ros.experiments.catalogue import (
+        UnknownExperiment,
+        chosen_experiments,
+        run_or_keep,
+    )
+
+    try:
+        chosen = chosen_experiments(args.names)
+    except UnknownExperiment as error:
+        raise UsageError(str(error)) from error
+    context = _context(args)
+    for experiment in chosen:
+        start = perf_counter()
+        paths, ran = run_or_keep(experiment, context)
+        how = f'{perf_counter() - start:.0f} s' if ran else 'kept from an earlier run'
+        print(f'{experiment.name}: {", ".join(map(str, paths))} ({how})', flush=True)
+    return OK
+
+
+def _context(args):
+    """Refuse, before the work, what could not be used or written after it."""
+    from idem_ros.atomic_file import require_writable
+    from idem_ros.experiments.experiment import Context
+    from idem_ros.experiments.models import paper_model
+
+    if args.seed < 0:
+        raise UsageError(f'--seed is {args.seed}; it must be from 0')
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise UsageError(
+            'the figures need matplotlib: pip install "idem_ros[experiments]"'
+        ) from error
+    model = paper_model(args.model, args.seed)
+    out = Path(args.out)
+    if out.exists() and not out.is_dir():
+        raise UsageError(f'--out is {out}, which is no folder')
+    out.mkdir(parents=True, exist_ok=True)
+    require_writable(out / 'table2.csv')
+    return Context(out, model, args.seed, args.quick, _progress, os.cpu_count())
+
+
+def _progress(steps, total=None, desc=None):
+    from tqdm import tqdm
+
+    return tqdm(steps, total=total, desc=desc, leave=False, disable=None)

@@ -1,0 +1,75 @@
+"""Every experiment by name, and the run that goes on where an earlier one was interrupted."""
+
+import hashlib
+import json
+
+from idem_ros.atomic_file import replacing
+from idem_ros.core.exceptions import IdemError
+from idem_ros.experiments import table1
+from idem_ros.experiments.experiment import Experiment
+
+# To add one: write `run(context)` in a module of this folder and add its record here.
+EXPERIMENTS = (
+    Experiment('table1', 'Sensitivity to Gaussian noise (table 1, figure 19)', table1.run),
+)
+
+
+class UnknownExperiment(IdemError):
+    """A name that no experiment bears."""
+
+
+def chosen_experiments(names):
+    """Return the experiments of these names, in the catalogue's order; 'all' is every one.
+
+    Raises:
+        UnknownExperiment: naming those that exist.
+    """
+    known = [experiment.name for experiment in EXPERIMENTS]
+    unknown = [name for name in names if name not in (*known, 'all')]
+    if unknown:
+        raise UnknownExperiment(
+            f'there is no experiment {unknown[0]!r}; there are {", ".join(known)}, and all'
+        )
+    return [each for each in EXPERIMENTS if each.name in names or 'all' in names]
+
+
+def run_or_keep(experiment, context):
+    """Run an experiment unless its outputs are there, of the same settings.
+
+    A run that ends leaves NAME.done.json: its settings and its files.
+
+    Returns:
+        (paths, ran): the outputs, and whether they were made now.
+    """
+    stamp = context.out / f'{experiment.name}.done.json'
+    settings = _settings(experiment, context)
+    files = _files_of(stamp, settings)
+    if files and all((context.out / name).is_file() for name in files):
+        return [context.out / name for name in files], False
+    stamp.unlink(missing_ok=True)  # its files are about to be replaced
+    paths = experiment.run(context)
+    record = {**settings, 'files': [path.name for path in paths]}
+    with replacing(stamp) as temporary:
+        temporary.write_text(json.dumps(record, indent=1) + '\n')
+    return paths, True
+
+
+def _settings(experiment, context):
+    model = hashlib.sha256(context.model.points.tobytes())
+    model.update(context.model.faces.tobytes())
+    return {
+        'experiment': experiment.name,
+        'seed': context.seed,
+        'quick': context.quick,
+        'model': f'{context.model.name} {model.hexdigest()[:16]}',
+    }
+
+
+def _files_of(stamp, settings):
+    """Return the names of the files that a stamp of these settings lists, else none."""
+    try:
+        record = json.loads(stamp.read_text())
+        files = record.pop('files')
+    except (OSError, ValueError, KeyError, AttributeError):
+        return []
+    return files if record == settings else []

@@ -1,0 +1,78 @@
+"""What an experiment is, what it is given, and how its outputs are written: complete or not."""
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from idem_ros.atomic_file import replacing
+from idem_ros.experiments.models import Model
+
+DPI = 200
+
+
+@dataclass(frozen=True)
+class Context:
+    """What an experiment runs with.
+
+    Attributes:
+        out: existing folder of the outputs.
+        model: in place of the paper's B_0.
+        seed: of everything that is drawn.
+        quick: coarse grids and few trials, for a look within minutes.
+        progress: as tqdm: wraps an iterable; takes `total` and `desc`.
+        threads: for what can use more than one.
+    """
+
+    out: Path
+    model: Model
+    seed: int = 0
+    quick: bool = False
+    progress: Callable = lambda steps, **_: steps
+    threads: int = 1
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A table or figure of the paper.
+
+    Attributes:
+        name: one word, the stem of its files.
+        title: a line for `idem experiments list`.
+        run: takes the `Context`, writes NAME.csv, NAME.png, NAME.pdf, NAME.md (as far as it has
+            them) into `context.out` by the functions below and returns their paths.
+    """
+
+    name: str
+    title: str
+    run: Callable[[Context], list[Path]]
+
+
+def write_csv(path, header, rows):
+    """Write a table of numbers and words; return the path."""
+    with replacing(path) as temporary, temporary.open('w', newline='') as stream:
+        writer = csv.writer(stream, lineterminator='\n')
+        writer.writerow(header)
+        writer.writerows(rows)
+    return Path(path)
+
+
+def write_page(path, text):
+    """Write a page of Markdown; return the path."""
+    with replacing(path) as temporary:
+        temporary.write_text(text.rstrip() + '\n')
+    return Path(path)
+
+
+def write_figure(stem, figure):
+    """Write a matplotlib figure as stem.png and stem.pdf, close it, and return both paths."""
+    from matplotlib import pyplot as plt
+
+    paths = [Path(f'{stem}{suffix}') for suffix in ('.png', '.pdf')]
+    for path in paths:
+        # Without a date the same figure is the same file.
+        metadata = {'CreationDate': None} if path.suffix == '.pdf' else None
+        with replacing(path) as temporary:
+            figure.savefig(temporary, dpi=DPI, bbox_inches='tight', metadata=metadata)
+    plt.close(figure)
+    return paths
