@@ -15,11 +15,12 @@ from idem_ros.commands import (
     register,
     replay,
     simulate,
+    trajectory,
 )
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
-COMMANDS = (register, bag, replay, play, demo, bench, simulate, experiments, docs)
+COMMANDS = (register, bag, replay, trajectory, play, demo, bench, simulate, experiments, docs)
 
 
 class _Version(argparse.Action):
