@@ -5,7 +5,7 @@ from clouds import motion, surface
 
 from idem_ros.core import se3
 from idem_ros.core.candidates import candidate_pairs, still_hold
-from idem_ros.core.cloud import Cloud
+from idem_ros.core.cloud import Cloud, neighbourhoods
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import build_grid, neighbours
 from idem_ros.core.joint_entropy import JointEntropy
@@ -139,7 +139,7 @@ def test_voxels_of_voxels_hold_the_moments_of_all_points(rng):
 
 def linearized(target, source, r, noise, slide=False):
     """Gradient and matrix of the target's side, from unit points."""
-    own = Cloud(target).neighbourhoods(r, r)
+    (own,) = neighbourhoods([Cloud(target)], r, r)
     others = build_grid(source - Cloud(target).origin, r)[0].points
     first = np.arange(len(target) + 1) * len(source)
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))

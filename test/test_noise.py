@@ -4,6 +4,7 @@ import pytest
 from clouds import motion, surface
 
 from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core.cloud import neighbourhoods
 from idem_ros.core.noise import _covariances, widening
 
 
@@ -13,7 +14,7 @@ def plane(rng, sigma):
 
 def test_covariances_are_those_of_the_members(rng):
     cloud = Cloud(rng.random((200, 3)))
-    own = cloud.neighbourhoods(0.4, 0.4)
+    own = neighbourhoods([cloud], 0.4, 0.4)[0]
     got = _covariances(own.unit_own[:10])
     for p, upper in zip(own.grid.points, got, strict=False):
         expected = np.cov(naive.ball(cloud.points, p, 0.4).T, bias=True)
@@ -32,16 +33,16 @@ def test_the_thickness_of_a_plane_is_its_noise(rng, sigma, voxel_size):
 
 def test_balls_are_widened_only_where_noise_fills_them(rng):
     exact, noisy = ([Cloud(surface(rng, 4000, sigma)) for _ in range(2)] for sigma in (0.0, 0.015))
-    assert widening(*exact, 0.06, 0.06, threads=1) == 1.0
-    assert widening(*noisy, 0.06, 0.06, threads=1) > 1.5
-    assert widening(exact[0], noisy[0], 0.06, 0.06, threads=1) == pytest.approx(
-        widening(noisy[0], exact[0], 0.06, 0.06, threads=1)
+    assert widening(*exact, 0.06, 0.06) == 1.0
+    assert widening(*noisy, 0.06, 0.06) > 1.5
+    assert widening(exact[0], noisy[0], 0.06, 0.06) == pytest.approx(
+        widening(noisy[0], exact[0], 0.06, 0.06)
     )
 
 
 def test_too_few_members_say_nothing(rng):
     lonely = Cloud(rng.random((50, 3)) * 1000)
-    assert widening(lonely, lonely, 0.1, 0.1, threads=1) == 1.0
+    assert widening(lonely, lonely, 0.1, 0.1) == 1.0
 
 
 def test_a_noisy_pair_is_registered_over_wider_balls(rng):

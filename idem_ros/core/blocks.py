@@ -11,15 +11,32 @@ BLOCK = 2048
 
 def in_blocks(n, threads, call):
     """Return [call(begin, end), ...] over blocks of n points, in their order."""
-    spans = [(begin, min(begin + BLOCK, n)) for begin in range(0, n, BLOCK)]
-    return in_threads(threads, lambda span: call(*span), spans)
+    return in_threads(threads, lambda span: call(*span), spans(n))
+
+
+def spans(n):
+    """Return (begin, end) of the blocks of n points."""
+    return [(begin, min(begin + BLOCK, n)) for begin in range(0, n, BLOCK)]
 
 
 def in_threads(threads, call, items):
-    """Return [call(item), ...]; the calls must not come back here, or they wait for themselves."""
-    if threads == 1 or len(items) == 1:
+    """Return [call(item), ...]; the calls must not come back here, or they wait for themselves.
+
+    This thread takes its share: to hand an item over costs as much as a small block.
+    """
+    threads = min(threads, len(items))
+    if threads <= 1:
         return [call(item) for item in items]
-    return list(_pool(threads).map(call, items))
+
+    def share(k):
+        return [call(item) for item in items[k::threads]]
+
+    others = [_pool(threads - 1).submit(share, k) for k in range(1, threads)]
+    results = [None] * len(items)
+    results[::threads] = share(0)
+    for k, other in enumerate(others, 1):
+        results[k::threads] = other.result()
+    return results
 
 
 @cache

@@ -88,7 +88,7 @@ def _enumerate(points, R, t, grid, r2):
         for c in range(np.uint64(count[i])):
             member[np.uint64(at) + c] = found[c]
         at += count[i]
-    return count, member[:at]
+    return count, member[:at].copy()  # a view would keep all of it
 
 
 @njit(**JIT)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from idem_ros.core.blocks import in_blocks
+from idem_ros.core.blocks import in_threads, spans
 from idem_ros.core.candidates import SKIN
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
@@ -69,7 +69,7 @@ class Cloud:
     def __repr__(self):
         return f'Cloud({len(self)} points)'
 
-    def fourth_neighbor_distance(self, most=None, threads=1):
+    def fourth_neighbor_distance(self, most=None):
         """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.
 
         Of every point, or of every n-th, at least `most` of them; computed once.
@@ -80,40 +80,15 @@ class Cloud:
                     f'a cloud of {len(self)} points has no fourth neighbour; '
                     'give a radius, or at least 5 points'
                 )
-            self._fourth_neighbor_distance[most] = mean_fourth_neighbor_distance(
-                self.points, most, threads
-            )
+            distance = mean_fourth_neighbor_distance(self.points, most)
+            self._fourth_neighbor_distance[most] = distance
         return self._fourth_neighbor_distance[most]
 
-    def neighbourhoods(self, radius, scale, threads=1):
-        """Own moments and entropies at a radius, of lengths over a scale; computed once.
-
-        The grid serves balls up to the radius and its skin.
-        """
-        key = (radius, scale)
-        if key not in self._neighbourhoods:
-            _keep(self._neighbourhoods, key, self._computed_neighbourhoods(*key, threads))
-        return self._neighbourhoods[key]
-
-    def _computed_neighbourhoods(self, radius, scale, threads):
-        n = len(self)
-        grid, order = build_grid(self.points, radius * (1.0 + SKIN) * CELL_MARGIN)
-        raw = self.raw[order] if len(self.raw) else UNIT
-        unit_own, h = np.empty((n, 10)), np.empty(n)
-        raw_own = np.empty((n, 10)) if len(raw) else unit_own
-        r2 = radius * radius * TIE
-
-        def fill(begin, end):
-            own_moments(grid, raw, r2, scale, begin, end, unit_own, raw_own, h)
-
-        in_blocks(n, threads, fill)
-        return Neighbourhoods(grid, order, raw, unit_own, raw_own, h)
-
-    def thickness(self, radius, scale, threads=1):
+    def thickness(self, radius, scale):
         """Return how thick surfaces are in balls of a radius, and their members; computed once."""
         if radius not in self._thickness:
-            found = thickness_and_members(self.neighbourhoods(radius, scale, threads))
-            _keep(self._thickness, radius, found)
+            (own,) = neighbourhoods([self], radius, scale)
+            _keep(self._thickness, radius, thickness_and_members(own))
         return self._thickness[radius]
 
     def forget(self, radius, scale):
@@ -141,6 +116,33 @@ class Cloud:
             cloud._init_from(mean, raw)
             _keep(self._reduced, voxel_size, cloud)
         return self._reduced[voxel_size]
+
+
+def neighbourhoods(clouds, radius, scale, threads=1):
+    """Return each cloud's own moments and entropies at a radius, of lengths over a scale.
+
+    Computed once and kept with the cloud. Its grid serves balls up to the radius and its skin.
+    """
+    key = (radius, scale)
+    new = [cloud for cloud in dict.fromkeys(clouds) if key not in cloud._neighbourhoods]
+    found = in_threads(threads, lambda cloud: _unfilled(cloud, radius), new)
+    blocks = [(own, *span) for own in found for span in spans(len(own.order))]
+    in_threads(threads, lambda block: _fill(*block, radius * radius * TIE, scale), blocks)
+    for cloud, own in zip(new, found, strict=True):
+        _keep(cloud._neighbourhoods, key, own)
+    return [cloud._neighbourhoods[key] for cloud in clouds]
+
+
+def _unfilled(cloud, radius):
+    grid, order = build_grid(cloud.points, radius * (1.0 + SKIN) * CELL_MARGIN)
+    raw = cloud.raw[order] if len(cloud.raw) else UNIT
+    unit_own, entropy = np.empty((len(cloud), 10)), np.empty(len(cloud))
+    raw_own = np.empty((len(cloud), 10)) if len(raw) else unit_own
+    return Neighbourhoods(grid, order, raw, unit_own, raw_own, entropy)
+
+
+def _fill(own, begin, end, r2, scale):
+    own_moments(own.grid, own.raw, r2, scale, begin, end, own.unit_own, own.raw_own, own.entropy)
 
 
 def as_cloud(points):

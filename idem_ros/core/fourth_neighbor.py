@@ -3,7 +3,6 @@
 import numpy as np
 from numba import njit
 
-from idem_ros.core.blocks import in_blocks
 from idem_ros.core.grid import build_grid, neighbours
 from idem_ros.core.jit import JIT
 
@@ -13,7 +12,7 @@ GROWTH = 3.0
 LEAST_REACH = 1e-9  # of the extent, where most points are copies
 
 
-def mean_fourth_neighbor_distance(points, most=None, threads=1):
+def mean_fourth_neighbor_distance(points, most=None):
     """Return r_4th of (N, 3) finite points, N >= 5, the point itself not counted.
 
     most: an estimate from every n-th point, at least so many, is enough; None: from all.
@@ -28,19 +27,11 @@ def mean_fourth_neighbor_distance(points, most=None, threads=1):
     open_ = np.flatnonzero(np.isnan(distance))
     while len(open_) > FEW:
         grid, _ = build_grid(points, reach)
-        _look_around(queries, grid, reach**2, open_, distance, threads)
+        _look_in_cells(queries, grid, reach**2, open_, distance)
         open_ = open_[np.isnan(distance[open_])]
         reach *= GROWTH
     _look_at_all(queries, points, open_, distance)
     return float(distance.mean())
-
-
-def _look_around(queries, grid, r2, chosen, distance, threads):
-    in_blocks(
-        len(chosen),
-        threads,
-        lambda begin, end: _look_in_cells(queries, grid, r2, chosen[begin:end], distance),
-    )
 
 
 @njit(**JIT)

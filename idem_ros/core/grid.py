@@ -50,12 +50,13 @@ def _period_bits(extent, n_points):
 @njit(**JIT)
 def bounds(points):
     """Return the lowest and highest coordinates (3,) of (N, 3) points."""
-    low, high = points[0].copy(), points[0].copy()
+    ax, ay, az = bx, by, bz = points[0]
     for i in range(points.shape[0]):
-        for c in range(3):
-            low[c] = min(low[c], points[i, c])
-            high[c] = max(high[c], points[i, c])
-    return low, high
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        # not min(), which is slower: it would see to NaN, of which there is none
+        ax, ay, az = x if x < ax else ax, y if y < ay else ay, z if z < az else az
+        bx, by, bz = x if x > bx else bx, y if y > by else by, z if z > bz else bz
+    return np.array([ax, ay, az]), np.array([bx, by, bz])
 
 
 @njit(**JIT)
@@ -73,7 +74,7 @@ def _sort_into_cells(points, low, inverse_cell, bits):
         start[key[i] + 2] += 1
     for c in range(2, start.shape[0]):
         start[c] += start[c - 1]
-    order, ordered = np.empty(n, np.int64), np.empty((n, 3))
+    order, ordered = np.empty(n, np.int32), np.empty((n, 3))
     for i in range(n):
         at = start[key[i] + 1]  # after the loop this is where the next cell starts
         start[key[i] + 1] += 1

@@ -1,10 +1,13 @@
 """q_tot of two clouds as a function of the transform between them, and its linearisation."""
 
+from functools import partial
+
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.blocks import in_blocks
+from idem_ros.core.blocks import in_blocks, in_threads, spans
 from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
+from idem_ros.core.cloud import neighbourhoods
 from idem_ros.core.linearization import SUMS, linearize, unpack
 from idem_ros.core.moments import TIE, entropy_difference
 
@@ -33,8 +36,7 @@ class JointEntropy:
         self.noise = (NOISE * radius) ** 2
         self.skin = skin * radius
         self.reach = radius * TIE + self.skin
-        self.target = target.neighbourhoods(radius, self.scale, threads)
-        self.source = source.neighbourhoods(radius, self.scale, threads)
+        self.target, self.source = neighbourhoods([target, source], radius, self.scale, threads)
         self.pairs = None
         self.threads = threads
         self.slide = slide
@@ -55,8 +57,11 @@ class JointEntropy:
         """Return gradient (6,) and Gauss-Newton matrix (6, 6) for a twist on the left."""
         pairs = self._pairs_at(T_target_source)
         T_source_target = se3.inverse(T_target_source)
-        here = self._linearize(self.target, self.source, pairs.of_target, T_target_source)
-        there = self._linearize(self.source, self.target, pairs.of_source, T_source_target)
+        of_target = self._blocks(self.target, self.source, pairs.of_target, T_target_source)
+        of_source = self._blocks(self.source, self.target, pairs.of_source, T_source_target)
+        sums = in_threads(self.threads, lambda block: block(), of_target + of_source)
+        here = unpack(np.sum(sums[: len(of_target)], axis=0))
+        there = unpack(np.sum(sums[len(of_target) :], axis=0))
         # exp(xi) T has the inverse exp(-Ad(T)^-1 xi) T^-1.
         back = se3.adjoint(T_source_target)
         return here[0] - back.T @ there[0], here[1] + back.T @ there[1] @ back
@@ -82,7 +87,8 @@ class JointEntropy:
         q[centres.order], reach[centres.order] = sorted_q, sorted_reach
         return q, reach
 
-    def _linearize(self, centres, others, candidates, T):
+    def _blocks(self, centres, others, candidates, T):
+        """Return what sums the linearisation of each block of centres."""
         own = (centres.grid.points, centres.raw_own)
         around = (others.grid.points, others.raw, *candidates, *_rotation_and_translation(T))
         size = (self.r2, self.scale, self.noise, self.slide)
@@ -92,7 +98,7 @@ class JointEntropy:
             linearize(*own, *around, *size, begin, end, sums)
             return sums
 
-        return unpack(np.sum(in_blocks(len(centres.order), self.threads, sums_of), axis=0))
+        return [partial(sums_of, *span) for span in spans(len(centres.order))]
 
 
 def _rotation_and_translation(transform):

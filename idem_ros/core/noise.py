@@ -11,7 +11,7 @@ ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained
 WIDEST = 2.0
 
 
-def widening(target, source, radius, scale, threads):
+def widening(target, source, radius, scale):
     """Return by how much to widen balls of a radius, 1 to 2, for the noise of two `Cloud`s.
 
     The means of k points of a surface of thickness s are known to s / sqrt(k); where the ball is
@@ -19,7 +19,7 @@ def widening(target, source, radius, scale, threads):
     radius halves the error in a room at 9 standard deviations of noise, and doubles it in a
     street at 50.
     """
-    found = [cloud.thickness(radius, scale, threads) for cloud in (target, source)]
+    found = [cloud.thickness(radius, scale) for cloud in (target, source)]
     thickness = max(s for s, _ in found)
     members = sum(k for _, k in found)
     wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(members))) if members else 1.0

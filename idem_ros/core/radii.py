@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from idem_ros.core.blocks import in_threads
 from idem_ros.core.grid import bounds
 
 SAMPLE = 1024  # points, at least, that a registration estimates the spacing of a cloud from
@@ -9,9 +10,9 @@ STEPS_PER_OCTAVE = 8
 WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it
 
 
-def weighted_radius(a, target, source, most=None, threads=1):
+def weighted_radius(a, target, source, most=None):
     """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) of two `Cloud`s."""
-    r_target, r_source = (c.fourth_neighbor_distance(most, threads) for c in (target, source))
+    r_target, r_source = (c.fourth_neighbor_distance(most) for c in (target, source))
     n_target, n_source = len(target), len(source)
     return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
 
@@ -25,9 +26,10 @@ def stage_radii(target, source, config):
 
     Rounded to an eighth of an octave: a target prepared at one radius serves every source alike.
     """
-    wide = weighted_radius(config.a, target, source, SAMPLE, config.threads)
-    spacings = (c.fourth_neighbor_distance(SAMPLE, config.threads) for c in (target, source))
-    narrow = config.a * float(np.sqrt(np.prod(list(spacings))))
+    clouds = (target, source)
+    spacings = in_threads(config.threads, lambda c: c.fourth_neighbor_distance(SAMPLE), clouds)
+    wide = weighted_radius(config.a, target, source, SAMPLE)
+    narrow = config.a * float(np.sqrt(np.prod(spacings)))
     *earlier, last = config.radius_schedule
     radii = [factor * wide for factor in earlier] + [last * (min(narrow, wide) or wide)]
     return [rounded(radius) for radius in radii]

@@ -8,7 +8,7 @@ import numpy as np
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.cloud import Cloud, as_cloud
+from idem_ros.core.cloud import Cloud, as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.joint_entropy import (
     JointEntropy,
@@ -76,7 +76,9 @@ def register(target, source, T_target_source=None, config=None):
     is_ours = [not isinstance(points, Cloud) for points in (target, source)]
     target, source = in_threads(config.threads, as_cloud, (target, source))
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
-    finest = in_threads(config.threads, lambda c: _finest(c, config.voxel_size), (target, source))
+    finest = [target, source]
+    if config.voxel_size is not None:
+        finest = _reduced(finest, config.voxel_size, config.threads)
     if min(len(cloud) for cloud in finest) < LEAST_POINTS:
         return _without_solution(T, Status.TOO_FEW_POINTS)
     radii = stage_radii(*finest, config)  # Eq. 9
@@ -92,7 +94,7 @@ def register(target, source, T_target_source=None, config=None):
         if radius > widest and not last:
             continue
         spacing = SPACING * radius if config.voxel_size is None else factor * config.voxel_size
-        clouds = finest if factor <= 1.0 else [cloud.reduced(spacing) for cloud in finest]
+        clouds = finest if factor <= 1.0 else _reduced(finest, spacing, config.threads)
         joint = JointEntropy(
             *clouds, radius, config.length_scale, threads=config.threads, slide=last
         )
@@ -103,13 +105,14 @@ def register(target, source, T_target_source=None, config=None):
     return _result(target, source, joint, solution, iterations)
 
 
-def _finest(cloud, voxel_size):
-    return cloud if voxel_size is None else cloud.reduced(voxel_size)
+def _reduced(clouds, voxel_size, threads):
+    return in_threads(threads, lambda cloud: cloud.reduced(voxel_size), clouds)
 
 
 def _widened(target, source, radius, config):
     scale = length_unit(config.length_scale, radius)
-    wider = rounded(radius * widening(target, source, radius, scale, config.threads))
+    neighbourhoods([target, source], radius, scale, config.threads)
+    wider = rounded(radius * widening(target, source, radius, scale))
     if wider != radius:
         target.forget(radius, scale)
         source.forget(radius, scale)
