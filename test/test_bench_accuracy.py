@@ -42,19 +42,7 @@ def test_rows_are_measured_alike_by_one_process_and_by_two():
     tried = settings((3.0,), (1.5,))
     alone = measure_rows([TINY], tried, RegistrationConfig())
     shared = measure_rows([TINY], tried, RegistrationConfig(), jobs=2)
-    assert [row.name for row in alone] == [row.name for row in shared]
-    for one, two in zip(alone[0].levels, shared[0].levels, strict=True):
-        for f, g in zip(one, two, strict=True):
-            assert (f.method, f.setting, f.runs, f.success) == (
-                g.method,
-                g.setting,
-                g.runs,
-                g.success,
-            )
-            # Kernels just compiled and kernels from the cache differ in their last bits.
-            for which in ('median', 'p90'):
-                assert f.rotation_deg[which] == pytest.approx(g.rotation_deg[which], rel=1e-6)
-                assert f.translation_m[which] == pytest.approx(g.translation_m[which], rel=1e-6)
+    assert alone == shared
     assert [f.method for f in alone[0].levels[0]] == ['IDEM', *PEERS]
     assert all(f.runs == 2 for level in alone[0].levels for f in level)
     assert alone[0].levels[0][0].success == 1.0

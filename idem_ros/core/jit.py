@@ -6,9 +6,12 @@ from numba.core import event
 
 # The GIL is released, so that a node's callbacks go on. No nnan, no ninf: clouds hold NaN.
 # No parallel=True: its work-queue aborts when a second Python thread enters it.
+# forceinline: a kernel from the cache brings its own copy of what it calls, one just compiled
+# finds another, which was optimised alone and may differ in its last bits.
 JIT = {
     'nogil': True,
     'cache': True,
+    'forceinline': True,
     'error_model': 'numpy',
     'fastmath': {'nsz', 'arcp', 'contract', 'afn', 'reassoc'},
 }
