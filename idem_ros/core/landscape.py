@@ -7,7 +7,7 @@ from numba import njit
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.cloud import as_cloud
+from idem_ros.core.cloud import as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig, InvalidTransform
 from idem_ros.core.grid import neighbours
@@ -57,9 +57,7 @@ class Landscape:
         self._swapped = len(self.source) < len(self.target)
         if self.radius > 0.0:
             pair = (self.source, self.target) if self._swapped else (self.target, self.source)
-            self._centres, self._others = (
-                cloud.neighbourhoods(self.radius, self._scale, threads) for cloud in pair
-            )
+            self._centres, self._others = neighbourhoods(pair, self.radius, self._scale, threads)
 
     def at(self, transforms):
         """Return q_tot, (K,) [nat], at T_target_source of (K, 4, 4).
@@ -110,8 +108,8 @@ class _Fixed(NamedTuple):
     entropy: np.ndarray  # (N,)
 
 
-def _fixed(neighbourhoods):
-    return _Fixed(neighbourhoods.grid, neighbourhoods.unit_own, neighbourhoods.entropy)
+def _fixed(own):
+    return _Fixed(own.grid, own.unit_own, own.entropy)
 
 
 def _checked_radius(radius):
