@@ -28,6 +28,7 @@ setup(
         'mcap>=1.2',
         'plyfile',
         'pypcd4',
+        'pyyaml',
         'tqdm',
     ],
     extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': TEST},

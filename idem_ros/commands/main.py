@@ -11,6 +11,7 @@ from idem_ros.commands import (
     demo,
     docs,
     experiments,
+    gate,
     play,
     register,
     replay,
@@ -20,7 +21,19 @@ from idem_ros.commands import (
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
-COMMANDS = (register, bag, replay, trajectory, play, demo, bench, simulate, experiments, docs)
+COMMANDS = (
+    register,
+    bag,
+    replay,
+    gate,
+    trajectory,
+    play,
+    demo,
+    bench,
+    simulate,
+    experiments,
+    docs,
+)
 
 
 class _Version(argparse.Action):

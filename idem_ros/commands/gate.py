@@ -1,0 +1,88 @@
+"""`idem gate`: hold results of replays to rules, for CI to decide by."""
+
+import argparse
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import DATA, OK, UsageError
+
+DESCRIPTION = """\
+Hold each RESULT, a file of `idem replay --json`, to the rules of a YAML file,
+print every rule with the value found, and say by the exit code whether all hold:
+
+  rules:
+    - translation_error_m.p90 < 0.05
+    - time_ms.p95 < 100
+    - status.converged >= 0.95
+    - frames >= 20
+    - dropped == 0
+
+A rule is NAME[.STATISTIC] OP NUMBER. OP: < <= > >= == !=. NAME:
+
+  frames refused dropped unpaired   counts; without a statistic
+  status.converged and its like     the share of the frames that ended so
+  any number of a frame, as in the file: translation_error_m, rotation_error_deg
+  (each also with _before, at the guess), q_tot, q_mean, overlap, time_ms ...
+  with one of mean median min max count p1 .. p99.9
+
+Frames of which a number is unknown are left out of its statistic (its count says
+how many are left). Where it is unknown in all of them (no ground truth), the rule
+fails. Exit code: 0 all rules hold, 1 one fails or a RESULT cannot be read, 2 the
+rules or the command line are wrong.
+"""
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'gate',
+        help='hold results to rules: exit code 0 or 1, JUnit XML',
+        description=DESCRIPTION,
+        epilog='example: idem gate result.json --rules rules.yaml --junit gate.xml',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        'results', metavar='RESULT', nargs='+', help='JSON that `idem replay --json` wrote'
+    )
+    parser.add_argument('--rules', metavar='FILE', required=True, help='YAML with a list rules')
+    parser.add_argument('--junit', metavar='FILE', help='write JUnit XML: a test case a rule')
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Check, print, write; the exit code is the verdict."""
+    from idem_ros.atomic_file import require_writable
+    from idem_ros.evaluation.gate import BadRules, findings, read_rules
+    from idem_ros.evaluation.junit import write_junit
+    from idem_ros.evaluation.result_file import read_result
+
+    _refuse_files_named_twice(args)
+    if args.junit:
+        require_writable(args.junit)
+    try:
+        rules = read_rules(args.rules)
+        results = [read_result(path) for path in args.results]
+        found = dict(zip(args.results, findings(rules, results), strict=True))
+    except BadRules as error:
+        raise UsageError(str(error)) from error
+    if args.junit:
+        write_junit(args.junit, found)
+    print('\n'.join(_lines(found)))
+    return OK if all(finding.holds for each in found.values() for finding in each) else DATA
+
+
+def _refuse_files_named_twice(args):
+    files = [*args.results, args.rules, *([args.junit] if args.junit else [])]
+    if len({Path(file).resolve() for file in files}) < len(files):
+        raise UsageError(f'among {", ".join(files)} a file is named twice; each must be its own')
+
+
+def _lines(found):
+    """Yield a table for each result: verdict, rule, value found."""
+    for path, findings in found.items():
+        width = max(len(finding.rule.text) for finding in findings)
+        held = sum(finding.holds for finding in findings)
+        yield f'{path}: {held} of {len(findings)} rules hold'
+        for finding in findings:
+            verdict = 'pass' if finding.holds else 'FAIL'
+            value = finding.reason or f'{finding.value:.6g}'
+            yield f'  {verdict}  {finding.rule.text:{width}}  {value}'

@@ -1,0 +1,164 @@
+"""Rules that a result must keep: `translation_error_m.p90 < 0.05`, read strictly and checked."""
+
+import operator
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.core.registration import Status
+
+EXPECTED = 'NAME[.STATISTIC] OP NUMBER, such as translation_error_m.p90 < 0.05'
+RULE = re.compile(
+    r'(?P<name>[A-Za-z_]\w*)(\.(?P<statistic>[A-Za-z_]\w*(\.\d+)?))?'
+    r'\s*(?P<operator>[<>=!]=|[<>])\s*'
+    r'(?P<bound>[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)',
+    re.ASCII,
+)
+PERCENTILE = re.compile(r'p([1-9]\d?(\.\d)?)', re.ASCII)
+OPERATORS = {
+    '<': operator.lt,
+    '<=': operator.le,
+    '>': operator.gt,
+    '>=': operator.ge,
+    '==': operator.eq,
+    '!=': operator.ne,
+}
+STATISTICS = {'mean': np.mean, 'median': np.median, 'min': np.min, 'max': np.max, 'count': len}
+STATUS = 'status'
+STATUSES = tuple(status.value for status in Status)
+
+
+class BadRules(IdemError):
+    """A file of rules that cannot be read, or a rule that is none."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule of a file."""
+
+    text: str
+    place: str
+    """File and number of the rule, for messages."""
+    name: str
+    statistic: str | None
+    operator: str
+    bound: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a rule found in a result."""
+
+    rule: Rule
+    value: float | None
+    """None: there is none, for the reason."""
+    reason: str
+    holds: bool
+
+
+def read_rules(path):
+    """Read a YAML file with a list `rules`, each `NAME[.STATISTIC] OP NUMBER`.
+
+    Returns:
+        [`Rule`], at least one; whether a result has their names is for `findings` to say.
+
+    Raises:
+        BadRules: names the file, the number of the rule and what would be right.
+    """
+    try:
+        # composed, not loaded: loading keeps the last of two lists `rules` and forgets the first
+        document = yaml.compose(Path(path).read_text(encoding='utf-8'), Loader=yaml.SafeLoader)
+    except OSError as error:
+        raise BadRules(f'{path} cannot be read: {error.strerror or error}') from error
+    except (yaml.YAMLError, ValueError) as error:
+        raise BadRules(f'{path} is no YAML: {" ".join(str(error).split())}') from error
+    keys = [key.value for key, _ in document.value] if _is(document, 'mapping') else []
+    if keys != ['rules'] or not _is(document.value[0][1], 'sequence'):
+        raise BadRules(f'{path} must hold one list named rules, and nothing else')
+    nodes = document.value[0][1].value
+    if not nodes:
+        raise BadRules(f'{path} holds no rule; one that holds for every result would be none')
+    return [_rule(node, f'{path}, rule {i}') for i, node in enumerate(nodes, start=1)]
+
+
+def findings(rules, results):
+    """Return the `Finding` of each rule in each result: a list for each result.
+
+    Args:
+        rules: [`Rule`].
+        results: [`Result`]; a name that one of them has, each may have.
+
+    Raises:
+        BadRules: a name that no result has, or a statistic that does not suit it.
+    """
+    counts = {name for result in results for name in result.counts}
+    numbers = dict.fromkeys(name for result in results for name in result.numbers())
+    for rule in rules:
+        _require_known(rule, counts, numbers)
+    return [[_finding(rule, result) for rule in rules] for result in results]
+
+
+def _is(node, kind):
+    return node is not None and node.id == kind
+
+
+def _rule(node, place):
+    text = node.value.strip() if _is(node, 'scalar') else f'a {node.id}'
+    match = RULE.fullmatch(text)
+    if match is None:
+        raise BadRules(f'{place} is {text!r}; it must be {EXPECTED}')
+    name, statistic = match['name'], match['statistic']
+    return Rule(text, place, name, statistic, match['operator'], float(match['bound']))
+
+
+def _require_known(rule, counts, numbers):
+    if rule.name == STATUS:
+        right = [f'{STATUS}.{status}' for status in STATUSES]
+        if rule.statistic not in STATUSES:
+            raise BadRules(f'{rule.place}: {rule.text!r} must begin with {", ".join(right)}')
+    elif rule.name in counts:
+        if rule.statistic:
+            raise BadRules(f'{rule.place}: {rule.name} is a count; write it without a statistic')
+    elif rule.name not in numbers and any(numbers):
+        raise BadRules(
+            f'{rule.place}: no result has {rule.name!r}; there are '
+            f'{", ".join([*sorted(counts), STATUS, *numbers])}'
+        )
+    elif rule.statistic not in STATISTICS and not PERCENTILE.fullmatch(rule.statistic or ''):
+        raise BadRules(
+            f'{rule.place}: {rule.text!r} must name a statistic, as in {rule.name}.p95: '
+            f'{", ".join(STATISTICS)}, p1 to p99.9'
+        )
+
+
+def _finding(rule, result):
+    value, reason = _value(rule, result)
+    holds = value is not None and OPERATORS[rule.operator](value, rule.bound)
+    return Finding(rule, value, reason, bool(holds))
+
+
+def _value(rule, result):
+    """Return the number that a rule speaks of, and the reason why there is none."""
+    if rule.name in result.counts:
+        return result.counts[rule.name], ''
+    if not result.frames:
+        return None, 'no frame was refined'
+    if rule.name == STATUS:
+        statuses = [frame.get(STATUS) for frame in result.frames]
+        return statuses.count(rule.statistic) / len(statuses), ''
+    values = result.values(rule.name)
+    known = values[~np.isnan(values)]
+    if not known.size and rule.statistic != 'count':
+        hint = '; is there ground truth?' if 'error' in rule.name else ''
+        return None, f'no frame has a {rule.name}{hint}'
+    return _statistic(rule.statistic, known), ''
+
+
+def _statistic(name, values):
+    if name in STATISTICS:
+        return float(STATISTICS[name](values))
+    return float(np.percentile(values, float(name[1:])))

@@ -1,0 +1,42 @@
+"""What a gate found as JUnit XML, which every CI server shows."""
+
+from xml.etree import ElementTree
+
+from idem_ros.atomic_file import replacing
+
+
+def write_junit(path, found):
+    """Write one test case for each rule, in a suite for each result.
+
+    Args:
+        path: the XML file.
+        found: {name of a result: [`gate.Finding`]}.
+
+    Raises:
+        UnwritableFile: `path` cannot be written.
+    """
+    root = ElementTree.Element(
+        'testsuites', {'name': 'idem gate', **_counts(sum(found.values(), []))}
+    )
+    for name, findings in found.items():
+        name = _printable(name)
+        suite = ElementTree.SubElement(root, 'testsuite', {'name': name, **_counts(findings)})
+        for finding in findings:
+            labels = {'classname': name, 'name': finding.rule.text}
+            case = ElementTree.SubElement(suite, 'testcase', labels)
+            if not finding.holds:
+                message = finding.reason or f'found {finding.value:.6g}'
+                ElementTree.SubElement(case, 'failure', {'message': message})
+    ElementTree.indent(root)
+    with replacing(path) as temporary:
+        temporary.write_bytes(ElementTree.tostring(root, encoding='utf-8', xml_declaration=True))
+
+
+def _counts(findings):
+    failures = sum(not finding.holds for finding in findings)
+    return {'tests': str(len(findings)), 'failures': str(failures), 'errors': '0'}
+
+
+def _printable(name):
+    """Replace what XML cannot hold: file names may contain anything."""
+    return ''.join(letter if letter.isprintable() else '?' for letter in name)

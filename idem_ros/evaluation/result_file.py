@@ -1,0 +1,96 @@
+"""What `idem replay --json` wrote, read back: numbers of each frame and counts of the whole."""
+
+import json
+from dataclasses import dataclass
+from numbers import Real
+from pathlib import Path
+
+import numpy as np
+
+from idem_ros.core.exceptions import IdemError
+
+STAMPS = ('stamp', 'stamp_ns')
+COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
+
+
+class UnreadableResult(IdemError):
+    """A file that holds no result of a replay."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A replay's result."""
+
+    path: str
+    bag: str
+    """The recording that was replayed, as it was named then."""
+    frames: tuple[dict, ...]
+    """The record of each frame, see `summary.json_record`."""
+    counts: dict[str, int]
+    """How many sources were refined (frames), refused, dropped, unpaired."""
+
+    def numbers(self):
+        """Return the names of what frames hold one number of, in the record's order."""
+        names = dict.fromkeys(
+            name for frame in self.frames for name, value in frame.items() if _is_number(value)
+        )
+        return [name for name in names if name not in STAMPS]
+
+    def values(self, name):
+        """Return a number of each frame, (N,) float64; NaN where it is unknown."""
+        values = [frame.get(name) for frame in self.frames]
+        return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+
+
+def read_result(path):
+    """Read a JSON file that `idem replay --json` wrote.
+
+    Raises:
+        UnreadableResult: no such file, or other content.
+    """
+    try:
+        record = json.loads(Path(path).read_text(encoding='utf-8'), parse_constant=_refuse)
+    except OSError as error:
+        raise UnreadableResult(f'{path} cannot be read: {error.strerror or error}') from error
+    except (ValueError, RecursionError) as error:  # of JSON, of UTF-8, of a number
+        raise _no_result(path, f'it is no JSON: {error}') from error
+    reason = _what_is_wrong(record)
+    if reason:
+        raise _no_result(path, reason)
+    counts = {name: record['summary'][name] for name in COUNTS}
+    return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts)
+
+
+def _what_is_wrong(record):
+    if not (isinstance(record, dict) and {'frames', 'summary'} <= record.keys()):
+        return 'it lacks "frames" or "summary"'
+    frames, summary = record['frames'], record['summary']
+    if not (isinstance(frames, list) and all(isinstance(frame, dict) for frame in frames)):
+        return 'its "frames" are no list of records'
+    if not (isinstance(summary, dict) and all(type(summary.get(n)) is int for n in COUNTS)):
+        return f'its "summary" lacks a count among {", ".join(COUNTS)}'
+    for i, frame in enumerate(frames):
+        if type(frame.get('stamp_ns')) is not int:
+            return f'its frame {i} has no "stamp_ns"'
+    kinds = {}
+    for frame in frames:
+        for name, value in frame.items():
+            if value is not None and kinds.setdefault(name, _is_number(value)) != _is_number(
+                value
+            ):
+                return f'its frames have {name!r} as a number and as something else'
+    return ''
+
+
+def _no_result(path, reason):
+    return UnreadableResult(
+        f'{path} is no result of a replay ({reason}); idem replay BAG --json FILE writes one'
+    )
+
+
+def _is_number(value):
+    return value is None or (isinstance(value, Real) and not isinstance(value, bool))
+
+
+def _refuse(constant):
+    raise ValueError(f'{constant} is no number of JSON')

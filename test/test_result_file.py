@@ -1,0 +1,76 @@
+import json
+
+import numpy as np
+import pytest
+from recordings import scans
+from results import write_result
+
+from idem_ros.evaluation.replay import replay
+from idem_ros.evaluation.result_file import COUNTS, UnreadableResult, read_result
+from idem_ros.evaluation.summary import json_record
+from idem_ros.recording.writer import write_mcap
+
+FRAME = '{"stamp_ns": 1}'
+SUMMARY = '{"frames": 1, "refused": 0, "dropped": 0, "unpaired": 0}'
+
+
+def test_what_a_replay_wrote_comes_back(tmp_path, rng):
+    write_mcap(tmp_path / 'scans.mcap', scans(rng))
+    replayed = replay(tmp_path / 'scans.mcap')
+    (tmp_path / 'result.json').write_text(json.dumps(json_record(replayed), allow_nan=False))
+    result = read_result(tmp_path / 'result.json')
+    assert result.counts == {'frames': 3, 'refused': 0, 'dropped': 0, 'unpaired': 0}
+    assert set(result.counts) == set(COUNTS)
+    assert result.bag == str(tmp_path / 'scans.mcap')
+    expected = {'translation_error_m', 'rotation_error_deg_before', 'q_tot', 'time_ms', 'overlap'}
+    assert expected <= set(result.numbers())
+    assert not {'stamp', 'stamp_ns', 'status', 'T_guess'} & set(result.numbers())
+    times = [frame.refinement.time_ms for frame in replayed.frames]
+    np.testing.assert_array_equal(result.values('time_ms'), times)
+
+
+def test_what_is_unknown_is_nan(tmp_path):
+    write_result(tmp_path / 'a.json', q_tot=[1.0, None, 3], overlap=[None] * 3)
+    result = read_result(tmp_path / 'a.json')
+    np.testing.assert_array_equal(result.values('q_tot'), [1, np.nan, 3])
+    assert np.isnan(result.values('overlap')).all()
+    assert np.isnan(result.values('anything else')).all()
+    assert result.numbers() == ['q_tot', 'overlap']
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('', 'it is no JSON'),
+        ('{"frames": [', 'it is no JSON'),
+        ('[' * 100_000, 'it is no JSON'),
+        ('[]', 'it lacks "frames" or "summary"'),
+        ('{"target": "a.ply", "q_tot": 1}', 'it lacks "frames" or "summary"'),
+        (f'{{"frames": [1], "summary": {SUMMARY}}}', 'its "frames" are no list of records'),
+        (f'{{"frames": [{FRAME}], "summary": {{"frames": 1}}}}', 'its "summary" lacks a count'),
+        (f'{{"frames": [{{}}], "summary": {SUMMARY}}}', 'its frame 0 has no "stamp_ns"'),
+        (
+            f'{{"frames": [{{"stamp_ns": 1, "q": NaN}}], "summary": {SUMMARY}}}',
+            'NaN is no number',
+        ),
+        (
+            '{"frames": [{"stamp_ns": 1, "q": 1}, {"stamp_ns": 2, "q": "x"}], '
+            f'"summary": {SUMMARY}}}',
+            "'q' as a number and as something else",
+        ),
+    ],
+)
+def test_what_is_no_result_is_refused_in_one_line(tmp_path, text, words):
+    (tmp_path / 'a.json').write_text(text)
+    with pytest.raises(UnreadableResult) as refused:
+        read_result(tmp_path / 'a.json')
+    assert words in str(refused.value)
+    assert str(refused.value).startswith(f'{tmp_path / "a.json"} is no result of a replay')
+    assert '\n' not in str(refused.value)
+
+
+def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path):
+    (tmp_path / 'a.mcap').write_bytes(b'\x89MCAP0\r\n\xff')
+    for name, words in (('a.mcap', 'no JSON'), ('none.json', 'cannot be read')):
+        with pytest.raises(UnreadableResult, match=words):
+            read_result(tmp_path / name)
