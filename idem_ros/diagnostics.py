@@ -14,6 +14,10 @@ def refinement_values(refinement, dropped):
         'iterations': str(result.iterations),
         'status': result.status.value,
         'milliseconds': f'{refinement.time_ms:.3f}',
+        'points_target': str(refinement.points_target),
+        'points_source': str(refinement.points_source),
+        'cropped': str(refinement.cropped),
+        'thinned': str(refinement.thinned),
         'dropped': str(dropped),
     }
 

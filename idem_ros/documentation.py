@@ -4,10 +4,10 @@ from dataclasses import fields
 from itertools import dropwhile, takewhile
 
 from idem_ros.benchmarks.markdown import table
-from idem_ros.commands.options import option_name
-from idem_ros.core.config import RegistrationConfig
+from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.interface import INPUTS, OUTPUTS, default_of, description_of, parameter_fields
+from idem_ros.node.interface import INPUTS, OUTPUTS, parameter_fields
+from idem_ros.parameters import default_of, description_of, parameter_name
 
 FIGURES = 'docs/figures.md'
 ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'
@@ -62,14 +62,14 @@ def _topics():
 
 
 def _parameters():
-    options = {field.name: option_name(field) for field in fields(RegistrationConfig)}
+    with_option = {each for config_type in REPLAYED for each in fields(config_type)}
     rows = [
         (
-            f'`{field.name}`',
-            f'`{options[field.name]}`' if field.name in options else 'node only',
-            f'`{default_of(field)}`',
-            description_of(field),
+            f'`{parameter_name(each)}`',
+            f'`{option_name(each)}`' if each in with_option else 'node only',
+            f'`{default_of(each)}`',
+            description_of(each),
         )
-        for field in parameter_fields()
+        for each in parameter_fields()
     ]
     return table(['parameter', 'option', 'default', 'what'], rows, left=4)

@@ -14,6 +14,7 @@ from idem_ros.core import (
     register,
 )
 from idem_ros.pointcloud2 import PointsRead, read_points
+from idem_ros.preprocessing import Preprocessed, PreprocessingConfig, preprocess
 from idem_ros.transform_message import matrix_of
 
 
@@ -33,11 +34,25 @@ class Refinement:
     time_ms: float
     """Reading the messages and registering; without `q_tot_before`."""
     points_target: int
+    """Points that took part; so `points_source`."""
     points_source: int
     dropped_nonfinite: int
     """Points left out of both clouds because they are not finite."""
     dropped_zero: int
     """Points left out of both clouds because they are exactly zero."""
+    cropped: int = 0
+    """Points left out of both clouds by the range limits and the crop box."""
+    thinned: int = 0
+    """Points left out of both clouds for `max_points`."""
+
+
+@dataclass(frozen=True)
+class _Input:
+    """A cloud as it was read, what of it takes part, and that prepared."""
+
+    read: PointsRead
+    preprocessed: Preprocessed
+    cloud: Cloud
 
 
 class Refiner:
@@ -46,14 +61,17 @@ class Refiner:
     Args:
         config: `RegistrationConfig`; None: its defaults.
         judge_guess: whether q_tot is evaluated at the guess, too.
+        preprocessing: `PreprocessingConfig`; None: its defaults.
     """
 
-    def __init__(self, config=None, judge_guess=False):
-        self._config = RegistrationConfig() if config is None else config
+    def __init__(self, config=None, judge_guess=False, preprocessing=None):
         self._judge_guess = judge_guess
-        self._target_message = None
-        self._target = None
-        self._target_read = None
+        self._target_of = self._target = None
+        self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
+
+    def configure(self, config, preprocessing):
+        """Take other parameters from the next refinement on; may be called from any thread."""
+        self._configs = config, preprocessing  # one assignment: never one old and one new
 
     def refine(self, pair):
         """Register the source of a `Pair` to its target, from its guess.
@@ -65,15 +83,16 @@ class Refiner:
             IdemError: a cloud or the guess cannot be used; the message says which and why.
         """
         start = perf_counter_ns()
+        config, preprocessing = self._configs
         T_guess = _named('initial guess', matrix_of, pair.guess)
-        target, target_read = self._prepared_target(pair.target)
-        source_read = _named('source', read_points, pair.source)
-        source = Cloud(source_read.points)
-        result = register(target, source, T_guess, self._config)
+        target = self._prepared_target(pair.target, preprocessing)
+        source = _prepared('source', pair.source, preprocessing)
+        result = register(target.cloud, source.cloud, T_guess, config)
         time_ms = (perf_counter_ns() - start) / 1e6
-        judged = (
-            self._q_tot_at(T_guess, target, source, result.radius) if self._judge_guess else None
-        )
+        judged = None
+        if self._judge_guess:
+            judged = _q_tot_at(T_guess, target.cloud, source.cloud, result.radius, config)
+        inputs = target, source
         return Refinement(
             stamp=pair.stamp,
             target_frame=pair.target.header.frame_id or pair.guess.header.frame_id,
@@ -82,32 +101,42 @@ class Refiner:
             result=result,
             q_tot_before=judged,
             time_ms=time_ms,
-            points_target=len(target_read.points),
-            points_source=len(source_read.points),
-            dropped_nonfinite=target_read.dropped_nonfinite + source_read.dropped_nonfinite,
-            dropped_zero=target_read.dropped_zero + source_read.dropped_zero,
+            points_target=len(target.preprocessed.points),
+            points_source=len(source.preprocessed.points),
+            dropped_nonfinite=sum(each.read.dropped_nonfinite for each in inputs),
+            dropped_zero=sum(each.read.dropped_zero for each in inputs),
+            cropped=sum(each.preprocessed.cropped for each in inputs),
+            thinned=sum(each.preprocessed.thinned for each in inputs),
         )
 
-    def _prepared_target(self, message) -> tuple[Cloud, PointsRead]:
-        if message is not self._target_message:
-            read = _named('target', read_points, message)
-            self._target, self._target_read = Cloud(read.points), read
-            self._target_message = message
-        return self._target, self._target_read
-
-    def _q_tot_at(self, T_target_source, target, source, radius):
-        if radius == 0.0:  # too few points, or all in one place: nothing was evaluated
-            return 0.0
-        voxel_size = self._config.voxel_size
-        if voxel_size is not None:  # the clouds that the result's q_tot is of
-            target, source = target.reduced(voxel_size), source.reduced(voxel_size)
-        scale = self._config.length_scale
-        return q_tot(target, source, T_target_source, radius=radius, length_scale=scale)
+    def _prepared_target(self, message, preprocessing) -> _Input:
+        kept_of = self._target_of
+        if not kept_of or message is not kept_of[0] or preprocessing != kept_of[1]:
+            self._target = _prepared('target', message, preprocessing)
+            self._target_of = message, preprocessing
+        return self._target
 
 
-def _named(role, read, message):
-    """Call a reader of a message; let its error say which input it was."""
+def _prepared(role, message, preprocessing) -> _Input:
+    read = _named(role, read_points, message)
+    is_target = role == 'target'
+    kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
+    return _Input(read, kept, Cloud(kept.points))
+
+
+def _q_tot_at(T_target_source, target, source, radius, config):
+    if radius == 0.0:  # too few points, or all in one place: nothing was evaluated
+        return 0.0
+    voxel_size = config.voxel_size
+    if voxel_size is not None:  # the clouds that the result's q_tot is of
+        target, source = target.reduced(voxel_size), source.reduced(voxel_size)
+    scale = config.length_scale
+    return q_tot(target, source, T_target_source, radius=radius, length_scale=scale)
+
+
+def _named(role, read, given):
+    """Read one of the inputs; let its error say which it was."""
     try:
-        return read(message)
+        return read(given)
     except IdemError as error:
         raise type(error)(f'{role}: {error}') from error

@@ -2,7 +2,8 @@ import subprocess
 import sys
 from dataclasses import field
 
-from idem_ros.node.interface import INPUTS, OUTPUTS, default_of, description_of, parameter_fields
+from idem_ros.node.interface import INPUTS, OUTPUTS, parameter_fields
+from idem_ros.parameters import default_of, description_of
 
 
 def test_every_parameter_is_described_and_named_once():

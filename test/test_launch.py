@@ -11,15 +11,16 @@ from live import rclpy  # noqa: F401  (the files are for a robot)
 import yaml
 from conftest import ROOT
 
-from idem_ros.node.interface import INPUTS, default_of, parameter_fields
+from idem_ros.node.interface import INPUTS, parameter_fields
+from idem_ros.parameters import default_of, parameter_name
 
 
 def test_parameter_file_holds_every_parameter_with_its_default():
     content = yaml.safe_load((ROOT / 'config' / 'refine.yaml').read_text())
     given = content['/**']['ros__parameters']
     expected = parameter_fields()
-    assert given == {field.name: default_of(field) for field in expected}
-    assert list(given) == [field.name for field in expected]
+    assert given == {parameter_name(field): default_of(field) for field in expected}
+    assert list(given) == [parameter_name(field) for field in expected]
 
 
 @pytest.fixture

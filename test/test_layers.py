@@ -19,6 +19,7 @@ def imported_by(module):
         ('idem_ros.core', CORE_ONLY),
         ('idem_ros.pointcloud2', CORE_ONLY),
         ('idem_ros.pairing', CORE_ONLY),
+        ('idem_ros.preprocessing', CORE_ONLY),
         ('idem_ros.refinement', CORE_ONLY),
         ('idem_ros.recording', NO_ROS),
         ('idem_ros.evaluation.replay', NO_ROS),

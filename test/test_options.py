@@ -6,6 +6,7 @@ import pytest
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.options import add_config_options, config_from, option_name
 from idem_ros.core import RegistrationConfig
+from idem_ros.preprocessing import PreprocessingConfig
 
 
 def parsed(*argv):
@@ -25,6 +26,18 @@ def test_every_field_has_an_option_with_its_description(capsys):
     for field in fields(RegistrationConfig):
         assert option_name(field) in text
         assert field.metadata['description'] in text
+
+
+def test_points_that_take_part_are_chosen_by_options_too():
+    parser = ArgumentParser()
+    add_config_options(parser, config_type=PreprocessingConfig)
+    argv = ['--min-range', '0.5', '--crop-min=-5,-5,-1', '--crop-target', '--max-points', '900']
+    assert config_from(parser.parse_args([]), PreprocessingConfig) == PreprocessingConfig()
+    assert config_from(parser.parse_args(argv), PreprocessingConfig) == PreprocessingConfig(
+        min_range=0.5, crop_min=(-5.0, -5.0, -1.0), crop_target=True, max_points=900
+    )
+    with pytest.raises(UsageError, match='max_points is 0'):
+        config_from(parser.parse_args(['--max-points', '0']), PreprocessingConfig)
 
 
 def test_options_reach_the_fields_of_their_names():

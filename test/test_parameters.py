@@ -7,8 +7,11 @@ from rclpy.parameter import Parameter
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.node.interface import CONFIGS
 from idem_ros.node.parameters import declare_parameters, read_config
 from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.parameters import default_of, parameter_name
+from idem_ros.preprocessing import PreprocessingConfig
 
 
 @pytest.fixture(scope='module')
@@ -33,18 +36,39 @@ def make_node(context):
         node.destroy_node()
 
 
-@pytest.mark.parametrize('config_type', [RegistrationConfig, SubscriptionConfig])
+@pytest.mark.parametrize('config_type', CONFIGS)
 def test_every_field_is_declared_with_its_description(make_node, config_type):
     node = make_node()
     for field in fields(config_type):
-        descriptor = node.describe_parameter(field.name)
+        descriptor = node.describe_parameter(parameter_name(field))
         assert descriptor.description.startswith(field.metadata['description'])
         assert field.metadata['unit'] in descriptor.description
 
 
-@pytest.mark.parametrize('config_type', [RegistrationConfig, SubscriptionConfig])
+@pytest.mark.parametrize('config_type', CONFIGS)
 def test_defaults_come_back_unchanged(make_node, config_type):
     assert read_config(make_node(), config_type) == config_type()
+
+
+@pytest.mark.parametrize('config_type', CONFIGS)
+def test_every_number_is_declared_with_a_range_that_holds_its_default(make_node, config_type):
+    node = make_node()
+    for field in fields(config_type):
+        default = default_of(field)
+        if isinstance(default, (bool, str, list)):
+            continue
+        descriptor = node.describe_parameter(parameter_name(field))
+        (limits,) = (*descriptor.integer_range, *descriptor.floating_point_range)
+        assert limits.from_value <= default <= limits.to_value
+        assert bool(descriptor.integer_range) is isinstance(default, int)
+
+
+def test_whole_zero_and_lists_reach_the_points_that_take_part(make_node):
+    given = {'max_points': 0, 'min_range': 1, 'crop_min': [-1, -2, -3]}
+    config = read_config(make_node(**given), PreprocessingConfig)
+    assert config == PreprocessingConfig(min_range=1.0, crop_min=(-1.0, -2.0, -3.0))
+    config = read_config(make_node(max_points=7, crop_target=True), PreprocessingConfig)
+    assert config == PreprocessingConfig(max_points=7, crop_target=True)
 
 
 def test_description_says_that_zero_means_none(make_node):
@@ -95,9 +119,8 @@ def test_voxel_size_of_whole_zero_is_none(make_node):
 def test_bad_value_is_refused_with_its_name_and_what_would_be_right(
     make_node, name, value, reason
 ):
-    node = make_node(**{name: value})
     with pytest.raises(InvalidConfig, match=f'{name}.*{reason}'):
-        read_config(node, RegistrationConfig)
+        read_config(make_node(**{name: value}), RegistrationConfig)
 
 
 @pytest.mark.parametrize(
@@ -113,9 +136,8 @@ def test_bad_value_is_refused_with_its_name_and_what_would_be_right(
 def test_bad_quality_of_service_is_refused_with_what_would_be_right(
     make_node, name, value, reason
 ):
-    node = make_node(**{name: value})
     with pytest.raises(InvalidConfig, match=f'{name}.*{reason}'):
-        read_config(node, SubscriptionConfig)
+        read_config(make_node(**{name: value}), SubscriptionConfig)
 
 
 def test_values_about_to_be_set_take_the_place_of_the_nodes_own(make_node):

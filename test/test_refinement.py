@@ -17,6 +17,7 @@ from idem_ros.core import (
 from idem_ros.core.se3 import inverse, transform_points
 from idem_ros.diagnostics import OK, WARN, level, refinement_values
 from idem_ros.pairing import Pair
+from idem_ros.preprocessing import PreprocessingConfig, preprocess
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.refinement import Refiner
 
@@ -115,6 +116,43 @@ def test_points_left_out_of_both_clouds_are_counted(rng):
     assert (refined.points_target, refined.points_source) == (57, 57)
 
 
+def test_points_left_out_on_request_take_no_part_and_are_counted(pair):
+    config = PreprocessingConfig(crop_min=(0.0, -9.0, -9.0), crop_target=True, max_points=150)
+    refined = Refiner(preprocessing=config).refine(pair)
+    read = [refinement.read_points(cloud).points for cloud in (pair.target, pair.source)]
+    kept = [preprocess(points, config, is_target=True) for points in read]
+    expected = register(*(each.points for each in kept), refined.T_guess)
+    np.testing.assert_array_equal(refined.result.T_target_source, expected.T_target_source)
+    assert refined.points_target == len(kept[0].points)
+    assert refined.points_source == len(kept[1].points)
+    assert refined.cropped == sum(each.cropped for each in kept) > 0
+    assert refined.thinned == sum(each.thinned for each in kept) > 0
+    values = refinement_values(refined, dropped=0)
+    assert (values['cropped'], values['thinned']) == (str(refined.cropped), str(refined.thinned))
+
+
+def test_a_cloud_with_nothing_left_is_refused_by_its_name_and_that_of_the_parameter(pair):
+    config = PreprocessingConfig(min_range=100.0)
+    with pytest.raises(InvalidCloud, match='^source: none of its 400 points.*min_range 100.0 m'):
+        Refiner(preprocessing=config).refine(pair)
+
+
+def test_other_parameters_hold_from_the_next_refinement_on(pair, monkeypatch):
+    read = []
+    original = refinement.read_points
+    monkeypatch.setattr(
+        refinement, 'read_points', lambda message: read.append(message) or original(message)
+    )
+    refiner = Refiner()
+    refiner.refine(pair)
+    refiner.configure(RegistrationConfig(max_iterations=1), PreprocessingConfig())
+    assert refiner.refine(pair).result.status is Status.MAX_ITERATIONS
+    assert sum(message is pair.target for message in read) == 1
+    refiner.configure(RegistrationConfig(), PreprocessingConfig(max_points=100))
+    assert refiner.refine(pair).points_target == 100
+    assert sum(message is pair.target for message in read) == 2
+
+
 def test_too_few_points_are_a_status(pair):
     few = cloud_message(np.eye(3), 1, 'lidar')
     refined = Refiner(judge_guess=True).refine(replace(pair, source=few))
@@ -128,7 +166,8 @@ def test_diagnostics_say_in_strings_what_came_out(pair):
     values = refinement_values(refined, dropped=3)
     assert list(values) == [
         *('q_tot', 'q_mean', 'overlap', 'radius'),
-        *('iterations', 'status', 'milliseconds', 'dropped'),
+        *('iterations', 'status', 'milliseconds'),
+        *('points_target', 'points_source', 'cropped', 'thinned', 'dropped'),
     ]
     assert all(isinstance(value, str) for value in values.values())
     assert float(values['q_tot']) == refined.result.q_tot

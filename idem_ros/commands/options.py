@@ -1,4 +1,4 @@
-"""The fields of `RegistrationConfig` as command line options, and back."""
+"""The fields of the configurations as command line options, and back."""
 
 from argparse import ArgumentTypeError
 from dataclasses import fields
@@ -6,53 +6,73 @@ from dataclasses import fields
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.parameters import is_optional, is_whole, parameter_name
+from idem_ros.preprocessing import PreprocessingConfig
+
+TITLES = {RegistrationConfig: 'registration', PreprocessingConfig: 'points that take part'}
+REPLAYED = tuple(TITLES)
 
 
-def add_config_options(parser, without=()):
-    """Add one option for each field, of the same name: voxel_size becomes --voxel-size.
+def add_config_options(parser, without=(), config_type=RegistrationConfig):
+    """Add one option for each field, of the parameter's name: voxel_size becomes --voxel-size.
 
     Args:
         parser: what they are added to.
         without: names of fields that the command decides itself.
+        config_type: whose fields; `config_from` takes the same.
     """
-    group = parser.add_argument_group('registration')
-    for field in fields(RegistrationConfig):
+    group = parser.add_argument_group(TITLES[config_type])
+    for field in fields(config_type):
         if field.name in without:
             continue
+        shown = f'{field.metadata["description"]} (default: {_shown(field.default)})'
+        option = {'dest': _dest(field), 'default': field.default, 'help': shown}
+        if isinstance(field.default, bool):
+            group.add_argument(option_name(field), action='store_true', **option)
+            continue
+        choices = LENGTH_SCALES if field.name == 'length_scale' else field.metadata.get('choices')
         group.add_argument(
             option_name(field),
-            dest=field.name,
-            default=field.default,
             type=_parser_of(field),
-            metavar=None if field.name == 'length_scale' else _metavar(field),
-            choices=LENGTH_SCALES if field.name == 'length_scale' else None,
-            help=f'{field.metadata["description"]} (default: {_shown(field.default)})',
+            metavar=None if choices else _metavar(field),
+            choices=choices,
+            **option,
         )
 
 
-def config_from(args):
-    """Build the `RegistrationConfig` that the options ask for.
+def config_from(args, config_type=RegistrationConfig):
+    """Build the configuration that the options ask for.
 
     Raises:
         UsageError: a value outside its range.
     """
-    names = [field.name for field in fields(RegistrationConfig) if hasattr(args, field.name)]
+    given = {
+        field.name: getattr(args, _dest(field))
+        for field in fields(config_type)
+        if hasattr(args, _dest(field))
+    }
     try:
-        return RegistrationConfig(**{name: getattr(args, name) for name in names})
+        return config_type(**given)
     except InvalidConfig as error:
         raise UsageError(str(error)) from error
 
 
 def option_name(field):
     """Return the option of a field."""
-    return '--' + field.name.replace('_', '-')
+    return '--' + _dest(field).replace('_', '-')
+
+
+def _dest(field):
+    return parameter_name(field).replace('.', '_')
 
 
 def _parser_of(field):
     """Return what turns an option's text into a value of the field's type."""
     if isinstance(field.default, tuple):
         return _numbers
-    return float if field.default is None else type(field.default)
+    if is_whole(field):
+        return int
+    return float if is_optional(field) else type(field.default)
 
 
 def _numbers(text):
@@ -65,10 +85,12 @@ def _numbers(text):
 def _metavar(field):
     if isinstance(field.default, tuple):
         return 'X,Y,...'
-    return field.metadata['unit'].upper() or ('N' if isinstance(field.default, int) else 'X')
+    return field.metadata['unit'].upper() or ('N' if is_whole(field) else 'X')
 
 
 def _shown(default):
     if isinstance(default, tuple):
         return ','.join(f'{number:g}' for number in default)
+    if isinstance(default, bool):
+        return 'no'
     return 'none' if default is None else default

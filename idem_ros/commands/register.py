@@ -4,6 +4,7 @@ from pathlib import Path
 
 from idem_ros.commands.exit_codes import DATA, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.preprocessing import PreprocessingConfig, preprocess
 
 
 def add_parser(subparsers):
@@ -24,6 +25,7 @@ def add_parser(subparsers):
     parser.add_argument('--out', metavar='FILE', help='write the refined pose, a 4x4 matrix')
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
     add_config_options(parser)
+    add_config_options(parser, config_type=PreprocessingConfig)
     parser.set_defaults(run=run)
 
 
@@ -34,16 +36,27 @@ def run(args):
     from idem_ros.core import register
     from idem_ros.pose_files import read_pose, write_pose
 
-    config = config_from(args)
+    config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
     if args.out:
         _refuse_inputs_as_output(args)
         require_writable(args.out)
     guess = read_pose(args.guess) if args.guess else None
-    result = register(read_cloud(args.target), read_cloud(args.source), guess, config)
+    target = _preprocessed(args.target, read_cloud(args.target), preprocessing, is_target=True)
+    source = _preprocessed(args.source, read_cloud(args.source), preprocessing)
+    result = register(target, source, guess, config)
     if args.out:
         write_pose(args.out, result.T_target_source)
     print(_json(args, result) if args.json else _text(result))
     return OK if result.converged else DATA
+
+
+def _preprocessed(file, points, config, is_target=False):
+    from idem_ros.core.exceptions import InvalidCloud
+
+    try:
+        return preprocess(points, config, is_target).points
+    except InvalidCloud as error:
+        raise InvalidCloud(f'{file}: {error}') from error
 
 
 def _refuse_inputs_as_output(args):

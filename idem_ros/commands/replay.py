@@ -4,8 +4,9 @@ import sys
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.commands.options import REPLAYED, add_config_options, config_from
 from idem_ros.core.exceptions import IdemError
+from idem_ros.preprocessing import PreprocessingConfig
 
 
 class NothingRefined(IdemError):
@@ -36,7 +37,8 @@ def add_parser(subparsers):
         '--out', metavar='FILE.mcap', help='write transforms and diagnostics into a new recording'
     )
     parser.add_argument('--tum', metavar='FILE', help='write the transforms as TUM lines')
-    add_config_options(parser)
+    for config_type in REPLAYED:
+        add_config_options(parser, config_type=config_type)
     parser.set_defaults(run=run)
 
 
@@ -50,6 +52,7 @@ def run(args):
     replayed = replay(
         args.bag,
         config,
+        preprocessing=config_from(args, PreprocessingConfig),
         target_topic=args.target_topic,
         source_topic=args.source_topic,
         guess_topic=args.guess_topic,

@@ -73,6 +73,7 @@ def replay(
     path,
     config=None,
     *,
+    preprocessing=None,
     target_topic=None,
     source_topic=None,
     guess_topic=None,
@@ -86,6 +87,7 @@ def replay(
     Args:
         path: a recording, as `open_recording` takes it.
         config: `RegistrationConfig`; None: its defaults.
+        preprocessing: `PreprocessingConfig`; None: its defaults.
         target_topic, source_topic, guess_topic, truth_topic: names; None: found by type.
         progress: wraps the iteration over `total` messages to show how far it is.
 
@@ -100,7 +102,7 @@ def replay(
         names = [name for name in vars(topics).values() if name]
         total = sum(recording.topics[name].count for name in names)
         warm_up()
-        pass_ = _Pass(topics, Refiner(config, judge_guess=True))
+        pass_ = _Pass(topics, Refiner(config, True, preprocessing))
         for topic, log_time, message in progress(recording.messages(names), total):
             pass_.add(topic, log_time, message)
         return pass_.finished(str(path), recording.warnings)

@@ -84,6 +84,8 @@ def _frame_record(frame):
         'points_source': refinement.points_source,
         'dropped_nonfinite': refinement.dropped_nonfinite,
         'dropped_zero': refinement.dropped_zero,
+        'cropped': refinement.cropped,
+        'thinned': refinement.thinned,
     }
     for key, attribute in ERRORS.items():
         record[key] = None if after is None else getattr(after, attribute)
@@ -126,12 +128,14 @@ def _counts(replayed):
     how = ', '.join(f'{count} {status}' for status, count in statuses.most_common())
     yield f'{len(replayed.frames)} refined' + (f' ({how})' if how else '')
     points = {
-        'not finite': sum(f.refinement.dropped_nonfinite for f in replayed.frames),
-        'exactly zero': sum(f.refinement.dropped_zero for f in replayed.frames),
+        'because they are not finite': 'dropped_nonfinite',
+        'because they are exactly zero': 'dropped_zero',
+        'by range or crop box': 'cropped',
+        'for max_points': 'thinned',
     }
-    for what, count in points.items():
-        if count:
-            yield f'points left out because they are {what}: {count}'
+    for why, name in points.items():
+        if count := sum(getattr(frame.refinement, name) for frame in replayed.frames):
+            yield f'points left out {why}: {count}'
     if replayed.refused:
         yield f'{len(replayed.refused)} refused:'
         reasons = Counter(refusal.reason for refusal in replayed.refused).most_common()

@@ -10,7 +10,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from idem_ros import diagnostics
 from idem_ros.core import IdemError, RegistrationConfig, warm_up
-from idem_ros.node.interface import INPUTS, OUTPUTS
+from idem_ros.node.interface import CONFIGS, INPUTS, OUTPUTS
 from idem_ros.node.messages import (
     diagnostics_message,
     message_class,
@@ -21,6 +21,7 @@ from idem_ros.node.parameters import declare_parameters, read_config
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.worker import LatestOnlyWorker
 from idem_ros.pairing import Pair, Pairing
+from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.refinement import Refinement, Refiner
 
 NAME = 'idem_node'
@@ -45,7 +46,10 @@ class RegistrationNode(Node):
     def __init__(self, **node_options):
         super().__init__(NAME, **node_options)
         declare_parameters(self)
-        self._refiner = Refiner(read_config(self, RegistrationConfig))
+        self._refiner = Refiner(
+            read_config(self, RegistrationConfig),
+            preprocessing=read_config(self, PreprocessingConfig),
+        )
         subscription_config = read_config(self, SubscriptionConfig)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
@@ -160,10 +164,13 @@ class RegistrationNode(Node):
 
     def _check_parameters(self, changed) -> SetParametersResult:
         try:
-            read_config(self, RegistrationConfig, changed)
+            for config_type in CONFIGS:
+                read_config(self, config_type, changed)
         except IdemError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, changed) -> None:
-        self._refiner = Refiner(read_config(self, RegistrationConfig))
+        self._refiner.configure(
+            read_config(self, RegistrationConfig), read_config(self, PreprocessingConfig)
+        )

@@ -1,36 +1,48 @@
-"""The fields of the two configurations as declared ROS parameters, and back again."""
+"""The fields of the configurations as declared ROS parameters, and back again."""
 
 from collections.abc import Iterable
 from dataclasses import Field, fields
 from typing import Any, TypeVar
 
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.node.interface import default_of, description_of, parameter_fields
-from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.node.interface import CONFIGS
+from idem_ros.parameters import (
+    default_of,
+    description_of,
+    is_optional,
+    is_whole,
+    parameter_name,
+    range_of,
+)
 
-Config = TypeVar('Config', RegistrationConfig, SubscriptionConfig)
+Config = TypeVar('Config')
 
 
 def declare_parameters(node: Node) -> None:
-    """Declare a parameter for every field of both configurations, with its description.
+    """Declare a parameter for every field of the configurations, with description and range.
 
-    The registration's parameters may be changed while the node runs; the subscriptions' are
-    read-only. Typing is dynamic so that `a:=2` serves where 2.0 is meant; `read_config` refuses
-    what does not fit.
+    Those marked as fixed are read-only, the others may be changed while the node runs. Typing is
+    dynamic so that `a:=2` serves where 2.0 is meant; `read_config` refuses what does not fit.
+
+    Raises:
+        InvalidConfig: the node was started with a value out of range.
     """
-    read_only = {field.name for field in fields(SubscriptionConfig)}
-    for field in parameter_fields():
-        descriptor = ParameterDescriptor(
-            description=description_of(field),
-            read_only=field.name in read_only,
-            dynamic_typing=True,
-        )
-        node.declare_parameter(field.name, default_of(field), descriptor)
+    for config_type in CONFIGS:
+        for field in fields(config_type):
+            name, default = parameter_name(field), default_of(field)
+            try:
+                node.declare_parameter(name, default, _descriptor(field))
+            except InvalidParameterValueException as error:
+                # rclpy says neither which range nor of what; the configuration does
+                anything = ParameterDescriptor(dynamic_typing=True)
+                given = node.declare_parameter(name, default, anything)
+                config_type(**{field.name: _from_ros(field, given.value)})
+                raise InvalidConfig(f'{name}: {error}') from error
 
 
 def read_config(
@@ -40,17 +52,37 @@ def read_config(
 
     Args:
         node: one on which `declare_parameters` was called.
-        config_type: which of the two configurations.
+        config_type: which of `interface.CONFIGS`.
         changed: parameters about to be set, which take the place of the node's own.
 
     Raises:
         InvalidConfig: a value outside its range or of another type; says what would be right.
     """
-    values = {parameter.name: parameter.value for parameter in changed}
+    about_to_be = {parameter.name: parameter.value for parameter in changed}
+    values = {}
     for field in fields(config_type):
-        if field.name not in values:
-            values[field.name] = node.get_parameter(field.name).value
-    return config_type(**{f.name: _from_ros(f, values[f.name]) for f in fields(config_type)})
+        name = parameter_name(field)
+        value = about_to_be[name] if name in about_to_be else node.get_parameter(name).value
+        values[field.name] = _from_ros(field, value)
+    return config_type(**values)
+
+
+def _descriptor(field: Field) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        description=description_of(field),
+        additional_constraints='one of ' + ', '.join(field.metadata['choices'])
+        if 'choices' in field.metadata
+        else '',
+        read_only=field.metadata.get('fixed', False),
+        dynamic_typing=True,
+    )
+    if (limits := range_of(field)) is not None:
+        if is_whole(field):
+            descriptor.integer_range = [IntegerRange(from_value=limits[0], to_value=limits[1])]
+        else:
+            low, high = map(float, limits)
+            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    return descriptor
 
 
 def _from_ros(field: Field, value: Any) -> Any:
@@ -58,12 +90,14 @@ def _from_ros(field: Field, value: Any) -> Any:
         if isinstance(value, (str, bytes)) or not hasattr(value, '__iter__'):
             raise InvalidConfig(f'{field.name} is {value!r}; it must be a list of numbers')
         return tuple(_as_float(item) for item in value)
-    if field.default is None and not isinstance(value, bool) and value == 0:
+    is_number = not isinstance(value, bool)
+    if is_optional(field) and is_number and value == 0:
         return None
-    return _as_float(value) if isinstance(field.default, (float, type(None))) else value
+    is_float = isinstance(default_of(field), float)
+    return _as_float(value) if is_float else value
 
 
 def _as_float(value: Any) -> Any:
     """Return a whole number as a float; leave everything else for the configuration to judge."""
-    is_whole = isinstance(value, int) and not isinstance(value, bool)
-    return float(value) if is_whole else value
+    is_whole_number = isinstance(value, int) and not isinstance(value, bool)
+    return float(value) if is_whole_number else value

@@ -1,0 +1,94 @@
+"""What a field of a configuration says of itself: its name, default, unit and range.
+
+Configurations are frozen dataclasses; node, command line, `config/refine.yaml` and README all
+derive their parameters from the fields by these functions, so that each is described once.
+"""
+
+import math
+from dataclasses import Field, field
+from typing import Any, get_args
+
+from idem_ros.core.exceptions import InvalidConfig
+
+LARGEST_INT = 2**31 - 1
+
+
+def parameter(default, description, unit='', **metadata):
+    """Return a dataclass field that is a parameter.
+
+    Args:
+        default: its value where nobody says otherwise.
+        description: what it is, in a sentence.
+        unit: such as 'm'; empty where it has none.
+        **metadata: `name` where it is not the field's own, `range` as (lowest, highest),
+            `choices` of a word, `fixed` where it cannot change while the node runs.
+    """
+    return field(default=default, metadata={'description': description, 'unit': unit, **metadata})
+
+
+def parameter_name(each: Field) -> str:
+    """Return the name of the parameter behind a field, as ROS spells it: 'initial_guess.type'."""
+    return each.metadata.get('name', each.name)
+
+
+def is_optional(each: Field) -> bool:
+    """Return whether a field may be None, which ROS cannot hold and says as 0."""
+    return each.default is None or type(None) in get_args(each.type)
+
+
+def is_whole(each: Field) -> bool:
+    """Return whether a field is a whole number, or None."""
+    types = set(get_args(each.type)) or {each.type}
+    return int in types or (type(each.default) is int)
+
+
+def default_of(each: Field) -> Any:
+    """Return a field's default as ROS can hold it: a list for a tuple, 0 for None."""
+    if each.default is None:
+        return 0 if is_whole(each) else 0.0
+    return list(each.default) if isinstance(each.default, tuple) else each.default
+
+
+def description_of(each: Field) -> str:
+    """Return a field's description with its unit, and with what 0 means where that is none."""
+    unit = f' [{each.metadata["unit"]}]' if each.metadata['unit'] else ''
+    none = f'; {0 if is_whole(each) else 0.0} means none' if is_optional(each) else ''
+    return f'{each.metadata["description"]}{unit}{none}'
+
+
+def range_of(each: Field) -> tuple | None:
+    """Return the (lowest, highest) value of a number; None for what is no single number.
+
+    Where a field names none: no number here is negative, and whole ones count from 1.
+    """
+    default = default_of(each)
+    if isinstance(default, bool) or not isinstance(default, (int, float)):
+        return None
+    if 'range' in each.metadata:
+        return each.metadata['range']
+    if isinstance(default, int):
+        return (0 if is_optional(each) else 1, LARGEST_INT)
+    return (0.0, math.inf)
+
+
+def require_positive(name, value):
+    """Refuse what is no finite number above 0.
+
+    Raises:
+        InvalidConfig: it names the parameter and the value.
+    """
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and math.isfinite(value) and value > 0):
+        raise InvalidConfig(f'{name} is {value!r}; it must be a finite number above 0')
+
+
+def require_count(name, value):
+    """Refuse what is no whole number from 1; see `require_positive`."""
+    if isinstance(value, bool) or not (isinstance(value, int) and value >= 1):
+        raise InvalidConfig(f'{name} is {value!r}; it must be a whole number from 1')
+
+
+def require_one_of(name, value, words):
+    """Refuse what is none of the words; see `require_positive`."""
+    if value not in words:
+        raise InvalidConfig(f'{name} is {value!r}; it must be one of {words}')
