@@ -8,6 +8,7 @@ import sys
 from idem_ros.commands import (
     bag,
     bench,
+    compare,
     demo,
     docs,
     experiments,
@@ -26,6 +27,7 @@ COMMANDS = (
     bag,
     replay,
     gate,
+    compare,
     trajectory,
     play,
     demo,
