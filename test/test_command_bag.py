@@ -1,6 +1,10 @@
+import json
+from shutil import copy, copytree
+
 import numpy as np
 import pytest
 from clouds import motion, surface
+from scans_in_files import scans, write_kitti_sequence, write_numbered
 
 from idem_ros.commands.main import main
 from idem_ros.pointcloud2 import read_points
@@ -80,6 +84,79 @@ def test_bad_input_gets_one_line_and_leaves_the_old_recording(folder, capsys, ar
     (folder / 'out.mcap').write_text('old')
     before = sorted(folder.iterdir())
     assert main(['bag', '--out', 'out.mcap', 'target.npy', *argv]) == code
+    captured = capsys.readouterr()
+    assert captured.out == ''
+    assert captured.err.startswith('idem: error: ')
+    assert captured.err.count('\n') == 1
+    assert words in captured.err
+    assert sorted(folder.iterdir()) == before
+    assert (folder / 'out.mcap').read_text() == 'old'
+
+
+@pytest.fixture
+def drive(folder, rng):
+    write_kitti_sequence(folder / 'drive', rng, *scans(rng))
+    return folder / 'drive'
+
+
+def test_a_folder_of_kitti_becomes_pairs(drive, capsys):
+    assert main(['bag', 'drive', '--out', 'out.mcap']) == 0
+    assert '3 pairs of 4 scans, each with its truth; guess: the motion before' in (
+        capsys.readouterr().out
+    )
+    assert sum(topic == '/source' for topic, _, _ in logged()) == 3
+    assert main(['bag', 'drive', '--start', 'identity', '--out', 'out.mcap']) == 0
+    guesses = [matrix_of(message) for topic, _, message in logged() if topic == '/initial_guess']
+    np.testing.assert_array_equal(guesses, [np.eye(4)] * 3)
+
+
+def test_a_folder_of_numbered_clouds_takes_a_trajectory(folder, rng, capsys):
+    stamps = [10**9, 2 * 10**9, 3 * 10**9, 4 * 10**9]
+    write_numbered(folder / 'scans', *scans(rng), stamps)
+    assert main(['bag', 'scans', '--trajectory', 'scans/poses.tum', '--out', 'out.mcap']) == 0
+    assert [stamp_ns(m) for topic, _, m in logged() if topic == '/ground_truth'] == stamps[1:]
+
+
+def test_the_truth_of_real_scans_is_that_of_their_poses(folder, shared_data):
+    given = shared_data / 'kitti_odometry_07'
+    (folder / 'drive' / 'velodyne').mkdir(parents=True)
+    for scan in sorted(given.glob('*.bin')):
+        (folder / 'drive' / 'velodyne' / scan.name).symlink_to(scan)
+    copy(given / 'calib_Tr.txt', folder / 'drive' / 'calib.txt')
+    copy(given / 'poses_07_frames0-2.txt', folder / 'drive' / 'poses.txt')
+    assert main(['bag', 'drive', '--out', 'out.mcap']) == 0
+    truths = [matrix_of(message) for topic, _, message in logged() if topic == '/ground_truth']
+    known = {
+        (pair['target'], pair['source']): pair['T_target_source']
+        for pair in json.loads((shared_data / 'GROUND_TRUTH.json').read_text())['pairs']
+        if pair['item'] == 'kitti_odometry_07'
+    }
+    for k, truth in enumerate(truths):
+        expected = known[f'{k:010d}.bin', f'{k + 1:010d}.bin']
+        np.testing.assert_allclose(truth, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('argv', 'code', 'words'),
+    [
+        (['drive', 'a.npy'], 2, 'drive is a folder'),
+        (['drive', '--truth', 'a.txt'], 2, 'drive is a folder'),
+        (['a.npy'], 2, 'a.npy is no folder, so it needs at least one SOURCE'),
+        (['a.npy', 'b.npy', '--trajectory', 'a.txt'], 2, 'are for a folder'),
+        (['a.npy', 'b.npy', '--start', 'identity'], 2, 'are for a folder'),
+        (['drive/velodyne'], 1, 'has no folder velodyne'),
+        (['drive', '--trajectory', 'a.txt'], 1, 'drive holds no cloud'),
+        (['broken'], 1, '000001.bin cannot be read'),
+    ],
+)
+def test_a_folder_that_cannot_be_read_leaves_the_old_recording(
+    drive, folder, capsys, argv, code, words
+):
+    copytree(drive, folder / 'broken')
+    (folder / 'broken' / 'velodyne' / '000001.bin').write_bytes(b'123')
+    (folder / 'out.mcap').write_text('old')
+    before = sorted(folder.iterdir())
+    assert main(['bag', '--out', 'out.mcap', *argv]) == code
     captured = capsys.readouterr()
     assert captured.out == ''
     assert captured.err.startswith('idem: error: ')

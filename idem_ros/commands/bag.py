@@ -1,26 +1,52 @@
 """`idem bag`: make a recording out of cloud files."""
 
+import argparse
+from pathlib import Path
+
 from idem_ros.commands.exit_codes import OK, UsageError
 
-START = 10**9  # [ns]; a stamp of 0 would mean "timeless"
-STEP = 10**8  # [ns] between scans
-FINEST_STEP = 1e-5  # of a cloud's extent
-GUESS_DELAY, TRUTH_DELAY = 10**6, 2 * 10**6  # [ns]: of equal log times no format keeps the order
+DESCRIPTION = """\
+Write an MCAP with /target, /source, /initial_guess and /ground_truth, and no /tf,
+for `idem replay` and `idem play`. Either from files,
+
+  idem bag TARGET SOURCE... [--guess FILE...] [--truth FILE...] --out run.mcap
+
+with TARGET once and each SOURCE with its guess and truth; or from a folder of scans,
+
+  idem bag FOLDER [--trajectory FILE] [--start velocity|identity] --out run.mcap
+
+with each scan registered to the one before. FOLDER is a KITTI odometry sequence
+(velodyne/*.bin, calib.txt, and poses.txt; for sequences/07 also ../../poses/07.txt),
+whose poses are brought from the camera to the LiDAR: T = Tr^-1 Pi^-1 Pj Tr. With
+--trajectory it holds .ply, .pcd or .bin files whose names end in their number, one
+for each pose of the sensor in the trajectory (TUM lines; or CSV or KITTI's twelve
+numbers), whose stamps they take. Without stamps, scans are 0.1 s apart.
+"""
 
 
 def add_parser(subparsers):
     """Add the subcommand."""
     parser = subparsers.add_parser(
         'bag',
-        help='make a recording out of cloud files',
-        description='Write an MCAP with TARGET once and each SOURCE with its guess and truth, '
-        'on /target, /source, /initial_guess and /ground_truth.',
+        help='make a recording out of cloud files or folders',
+        description=DESCRIPTION,
+        usage='idem bag [-h] TARGET|FOLDER [SOURCE ...] [options] --out FILE.mcap',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
-    parser.add_argument('sources', metavar='SOURCE', nargs='+', help='cloud files')
+    parser.add_argument(
+        'target', metavar='TARGET|FOLDER', help='cloud file (.ply .pcd .xyz .bin .npy) or folder'
+    )
+    parser.add_argument('sources', metavar='SOURCE', nargs='*', help='cloud files')
     pose = 'pose of each SOURCE in the frame of TARGET: a 4x4 matrix or one TUM line'
     parser.add_argument('--guess', metavar='FILE', nargs='+', default=[], help=f'initial {pose}')
     parser.add_argument('--truth', metavar='FILE', nargs='+', default=[], help=f'true {pose}')
+    parser.add_argument('--trajectory', metavar='FILE', help='poses of the scans in FOLDER')
+    parser.add_argument(
+        '--start',
+        choices=('velocity', 'identity'),
+        help='guesses of a FOLDER: the true motion of the pair before, the identity for the '
+        'first (velocity, the default), or always the identity',
+    )
     parser.add_argument('--out', metavar='FILE.mcap', required=True, help='recording to write')
     parser.set_defaults(run=run)
 
@@ -28,52 +54,63 @@ def add_parser(subparsers):
 def run(args):
     """Read everything lazily, write the recording."""
     from idem_ros.atomic_file import require_writable
-    from idem_ros.pose_files import read_pose
-    from idem_ros.recording.writer import write_mcap
 
+    is_folder = Path(args.target).is_dir()
+    (_check_folder if is_folder else _check_files)(args)
+    if not args.out.endswith('.mcap'):
+        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
+    require_writable(args.out)
+    print((_write_folder if is_folder else _write_files)(args))
+    return OK
+
+
+def _check_files(args):
+    if not args.sources:
+        raise UsageError(f'{args.target} is no folder, so it needs at least one SOURCE beside it')
+    if args.trajectory or args.start:
+        raise UsageError(f'--trajectory and --start are for a folder; {args.target} is none')
     for option, files in (('--guess', args.guess), ('--truth', args.truth)):
         if files and len(files) != len(args.sources):
             raise UsageError(
                 f'{option} has {len(files)} files for {len(args.sources)} sources; give one each'
             )
-    if not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
-    require_writable(args.out)
+
+
+def _check_folder(args):
+    if args.sources or args.guess or args.truth:
+        raise UsageError(
+            f'{args.target} is a folder: its scans are the sources and its poses give guesses '
+            'and truth; leave out SOURCE, --guess and --truth'
+        )
+
+
+def _write_files(args):
+    from idem_ros.pose_files import read_pose
+    from idem_ros.recording.from_files import file_messages
+    from idem_ros.recording.writer import write_mcap
+
     guesses = [read_pose(file) for file in args.guess]
     truths = [read_pose(file) for file in args.truth]
-    write_mcap(args.out, _messages(args.target, args.sources, guesses, truths))
-    print(
+    write_mcap(args.out, file_messages(args.target, args.sources, guesses, truths))
+    return (
         f'{args.out}: target 1, sources {len(args.sources)}, '
         f'guesses {len(guesses)}, truths {len(truths)}'
     )
-    return OK
 
 
-def _messages(target, sources, guesses, truths):
-    """Yield (topic, log time, message) in the order of a live run."""
-    from idem_ros.recording.messages import transform_message
+def _write_folder(args):
+    from tqdm import tqdm
 
-    yield '/target', START, _cloud(target, START, 'target')
-    for i, source in enumerate(sources):
-        stamp = START + (i + 1) * STEP
-        yield '/source', stamp, _cloud(source, stamp, 'source')
-        for topic, delay, poses in (
-            ('/initial_guess', GUESS_DELAY, guesses),
-            ('/ground_truth', TRUTH_DELAY, truths),
-        ):
-            if poses:
-                message = transform_message(poses[i], stamp, 'target', 'source')
-                yield topic, stamp + delay, message
+    from idem_ros.recording.from_files import folder_messages
+    from idem_ros.recording.writer import write_mcap
+    from idem_ros.scan_folders import read_scan_folder
 
-
-def _cloud(path, stamp, frame_id):
-    import numpy as np
-
-    from idem_ros.cloud_files import read_cloud
-    from idem_ros.recording.messages import cloud_message
-
-    points = read_cloud(path)
-    largest, extent = np.abs(points).max(), np.ptp(points, axis=0).max()
-    # float32 unless it would blur the cloud: at map coordinates (1e6 m) its step is 6 cm
-    is_fine = np.spacing(np.float32(largest)) <= FINEST_STEP * extent
-    return cloud_message(points, stamp, frame_id, np.float32 if is_fine else np.float64)
+    folder = read_scan_folder(args.target, args.trajectory)
+    start = args.start or 'velocity'
+    pairs = len(folder.scans) - 1
+    messages = tqdm(
+        folder_messages(folder, start), total=4 * pairs, unit='msg', leave=False, disable=None
+    )
+    write_mcap(args.out, messages)
+    guess = 'the motion before' if start == 'velocity' else 'the identity'
+    return f'{args.out}: {pairs} pairs of {pairs + 1} scans, each with its truth; guess: {guess}'

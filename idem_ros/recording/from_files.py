@@ -1,0 +1,69 @@
+"""Cloud files as the messages of a recording; one cloud is in memory at a time."""
+
+import numpy as np
+
+from idem_ros.cloud_files import read_cloud
+from idem_ros.core.se3 import inverse
+from idem_ros.recording.messages import cloud_message, transform_message
+from idem_ros.scan_folders import START, STEP
+
+FINEST_STEP = 1e-5  # of a cloud's extent
+DELAY = 10**6  # [ns]: of equal log times no format keeps the order
+FRAMES = 'target', 'source'
+
+
+def file_messages(target, sources, guesses=(), truths=()):
+    """Yield (topic, log time, message) of one target and many sources, as in a live run.
+
+    Args:
+        target, sources: cloud files.
+        guesses, truths: (4, 4) poses of each source in the target's frame, or none.
+    """
+    yield '/target', START, _message(read_cloud(target), START, 'target')
+    for i, source in enumerate(sources):
+        stamp = START + (i + 1) * STEP
+        yield '/source', stamp, _message(read_cloud(source), stamp, 'source')
+        for k, (topic, poses) in enumerate(_poses(guesses, truths), start=1):
+            if len(poses):
+                yield topic, stamp + k * DELAY, transform_message(poses[i], stamp, *FRAMES)
+
+
+def folder_messages(folder, start='velocity'):
+    """Yield (topic, log time, message) of a `ScanFolder`: each scan against the one before.
+
+    A scan is a source at its stamp and a target half-way to the next one: whoever pairs them as
+    they come has the scan before, and never the scan itself. The truth is the pose of a scan in
+    the frame of the one before.
+
+    Args:
+        folder: `ScanFolder`.
+        start: the guess. 'velocity': the true motion of the pair before (constant velocity),
+            for the first pair the identity; 'identity': for every pair.
+    """
+    stamps = folder.stamps
+    truths = [
+        inverse(before) @ pose
+        for before, pose in zip(folder.poses, folder.poses[1:], strict=False)
+    ]
+    guesses = [np.eye(4), *truths[:-1]] if start == 'velocity' else [np.eye(4)] * len(truths)
+    for k, (scan, stamp) in enumerate(zip(folder.scans, stamps, strict=True)):
+        gap = stamps[k + 1] - stamp if k + 1 < len(stamps) else STEP
+        points = read_cloud(scan)
+        if k:
+            yield '/source', stamp, _message(points, stamp, 'source')
+            for i, (topic, poses) in enumerate(_poses(guesses, truths), start=1):
+                log_time = stamp + i * min(DELAY, gap // 8)
+                yield topic, log_time, transform_message(poses[k - 1], stamp, *FRAMES)
+        if k + 1 < len(stamps):
+            yield '/target', stamp + gap // 2, _message(points, stamp, 'target')
+
+
+def _poses(guesses, truths):
+    return ('/initial_guess', guesses), ('/ground_truth', truths)
+
+
+def _message(points, stamp, frame_id):
+    largest, extent = np.abs(points).max(), np.ptp(points, axis=0).max()
+    # float32 unless it would blur the cloud: at map coordinates (1e6 m) its step is 6 cm
+    is_fine = np.spacing(np.float32(largest)) <= FINEST_STEP * extent
+    return cloud_message(points, stamp, frame_id, np.float32 if is_fine else np.float64)
