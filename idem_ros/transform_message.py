@@ -1,4 +1,4 @@
-"""TransformStamped-like messages to 4x4 matrices and back; imports no ROS."""
+"""TransformStamped-like and pose messages to 4x4 matrices and back; imports no ROS."""
 
 import math
 
@@ -17,16 +17,20 @@ def stamp_ns(message):
 
 
 def matrix_of(message):
-    """Return the (4, 4) transform of a TransformStamped: child frame in header frame.
+    """Return the (4, 4) transform of a message: child frame in header frame.
 
     Args:
-        message: an object with the fields of geometry_msgs/TransformStamped; its quaternion
-            is normalised.
+        message: an object with the fields of geometry_msgs/TransformStamped, or with a pose and
+            its covariance: geometry_msgs/PoseWithCovarianceStamped, nav_msgs/Odometry. Its
+            quaternion is normalised.
 
     Raises:
         InvalidTransform: a value is not finite, or the quaternion is no rotation.
     """
-    t, q = message.transform.translation, message.transform.rotation
+    if hasattr(message, 'transform'):
+        t, q = message.transform.translation, message.transform.rotation
+    else:
+        t, q = message.pose.pose.position, message.pose.pose.orientation
     return matrix_from((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
 
