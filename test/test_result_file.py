@@ -49,6 +49,7 @@ def test_what_is_unknown_is_nan(tmp_path):
         (f'{{"frames": [1], "summary": {SUMMARY}}}', 'its "frames" are no list of records'),
         (f'{{"frames": [{FRAME}], "summary": {{"frames": 1}}}}', 'its "summary" lacks a count'),
         (f'{{"frames": [{{}}], "summary": {SUMMARY}}}', 'its frame 0 has no "stamp_ns"'),
+        (f'{{"frames": [{{"stamp_ns": 1{"0" * 400}}}]}}', 'is no number of JSON'),
         (
             f'{{"frames": [{{"stamp_ns": 1, "q": NaN}}], "summary": {SUMMARY}}}',
             'NaN is no number',

@@ -1,4 +1,4 @@
-"""What `idem replay --json` wrote, read back: numbers of each frame and counts of the whole."""
+"""What `idem replay --json` or `--out` wrote, read back: numbers of each frame, and counts."""
 
 import json
 from dataclasses import dataclass
@@ -9,6 +9,8 @@ import numpy as np
 
 from idem_ros.core.exceptions import IdemError
 
+RECORD = 'frames.json'
+"""The attachment of a result that is an MCAP: the very file that --json writes."""
 STAMPS = ('stamp', 'stamp_ns')
 COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
 
@@ -28,6 +30,13 @@ class Result:
     """The record of each frame, see `summary.json_record`."""
     counts: dict[str, int]
     """How many sources were refined (frames), refused, dropped, unpaired."""
+    record: dict
+    """All that was written: {'bag', 'frames', 'summary', 'made_by'}, see `summary.json_record`."""
+
+    @property
+    def made_by(self):
+        """How it was made, see `provenance.made_by`; None: by a version that did not say."""
+        return self.record.get('made_by')
 
     def numbers(self):
         """Return the names of what frames hold one number of, in the record's order."""
@@ -43,22 +52,46 @@ class Result:
 
 
 def read_result(path):
-    """Read a JSON file that `idem replay --json` wrote.
+    """Read a result of `idem replay`: the JSON of `--json` or the MCAP of `--out`.
+
+    Returns:
+        `Result`, the same of both.
 
     Raises:
         UnreadableResult: no such file, or other content.
     """
-    try:
-        record = json.loads(Path(path).read_text(encoding='utf-8'), parse_constant=_refuse)
-    except OSError as error:
-        raise UnreadableResult(f'{path} cannot be read: {error.strerror or error}') from error
-    except (ValueError, RecursionError) as error:  # of JSON, of UTF-8, of a number
-        raise _no_result(path, f'it is no JSON: {error}') from error
+    record = _parsed(path, _text(path))
     reason = _what_is_wrong(record)
     if reason:
         raise _no_result(path, reason)
     counts = {name: record['summary'][name] for name in COUNTS}
-    return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts)
+    return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts, record)
+
+
+def _text(path):
+    """Return the bytes of the JSON: a whole file, or what an MCAP carries."""
+    from idem_ros.recording.embedded import MAGIC, UnreadableMcap, read_embedded
+
+    try:
+        with Path(path).open('rb') as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                stream.seek(0)
+                return stream.read()
+        attachments = read_embedded(path).attachments
+    except OSError as error:
+        raise UnreadableResult(f'{path} cannot be read: {error.strerror or error}') from error
+    except UnreadableMcap as error:
+        raise UnreadableResult(str(error)) from error
+    if RECORD not in attachments:
+        raise _no_result(path, f'it is a recording without an attachment {RECORD}')
+    return attachments[RECORD]
+
+
+def _parsed(path, text):
+    try:
+        return json.loads(text.decode('utf-8'), parse_constant=_refuse)
+    except (ValueError, RecursionError) as error:  # of JSON, of UTF-8, of a number
+        raise _no_result(path, f'it is no JSON: {error}') from error
 
 
 def _what_is_wrong(record):
@@ -72,6 +105,8 @@ def _what_is_wrong(record):
     for i, frame in enumerate(frames):
         if type(frame.get('stamp_ns')) is not int:
             return f'its frame {i} has no "stamp_ns"'
+    if not isinstance(record.get('made_by', {}), dict):
+        return 'its "made_by" is no record'
     kinds = {}
     for frame in frames:
         for name, value in frame.items():
@@ -84,7 +119,7 @@ def _what_is_wrong(record):
 
 def _no_result(path, reason):
     return UnreadableResult(
-        f'{path} is no result of a replay ({reason}); idem replay BAG --json FILE writes one'
+        f'{path} is no result of a replay ({reason}); idem replay BAG --json FILE or --out FILE.mcap writes one'
     )
 
 
@@ -94,3 +129,8 @@ def _is_number(value):
 
 def _refuse(constant):
     raise ValueError(f'{constant} is no number of JSON')
+
+
+def _integer(digits):
+    number = int(digits)
+    return number if abs(number) < 2**63 else _refuse(digits)
