@@ -1,0 +1,65 @@
+"""A folder that appears complete or not at all: filled beside, then renamed."""
+
+import os
+import shutil
+from contextlib import contextmanager
+from pathlib import Path
+
+from idem_ros.atomic_file import UnwritableFile
+
+
+def require_free(path):
+    """Refuse early a folder that could not be put in place after long work.
+
+    Args:
+        path: the folder to be made later; an empty one may stand there.
+
+    Raises:
+        UnwritableFile: something is there already, or the folder around it does not exist or
+            refuses new files.
+    """
+    path = _final_path(path)
+    if path.exists() and not path.is_dir():
+        raise UnwritableFile(f'cannot make the folder {path}: a file of that name is there')
+    if path.is_dir() and any(path.iterdir()):
+        raise UnwritableFile(
+            f'the folder {path} is not empty, and nothing in it is overwritten; name a new one'
+        )
+    if not path.parent.is_dir():
+        raise UnwritableFile(
+            f'cannot make the folder {path}: {path.parent} does not exist; make it first'
+        )
+    if not os.access(path.parent, os.W_OK):
+        raise UnwritableFile(f'cannot make the folder {path}: no permission in {path.parent}')
+
+
+@contextmanager
+def filling(path):
+    """Give a temporary folder beside `path`; rename it to `path` when the block succeeds.
+
+    Args:
+        path: the folder to make; nothing, or an empty folder, may stand there.
+
+    Yields:
+        An empty folder; it is removed with all it holds when the block raises.
+
+    Raises:
+        UnwritableFile: `require_free` refuses it, or writing failed (a full disk).
+    """
+    require_free(path)
+    path = _final_path(path)
+    temporary = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    try:
+        temporary.mkdir()
+        yield temporary
+        temporary.replace(path)  # refused by the system if something has come there meanwhile
+    except OSError as error:
+        raise UnwritableFile(
+            f'cannot write the folder {path}: {error.strerror or error}'
+        ) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _final_path(path):
+    return Path(os.path.realpath(path))
