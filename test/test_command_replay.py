@@ -1,3 +1,4 @@
+import hashlib
 import json
 
 import numpy as np
@@ -5,6 +6,7 @@ import pytest
 from recordings import scans, write_sqlite3
 
 from idem_ros.commands.main import main
+from idem_ros.recording.embedded import read_embedded
 from idem_ros.recording.messages import DIAGNOSTICS, TRANSFORM, cloud_message
 from idem_ros.recording.reader import Topic, open_recording
 from idem_ros.recording.writer import write_mcap
@@ -63,6 +65,39 @@ def test_every_output_holds_the_same_transforms(folder, capsys):
         assert float(values['q_tot']) == frame['q_tot']
         assert values['status'] == status.message == 'converged'
         assert values['dropped'] == '0'
+
+
+def test_a_result_says_how_it_was_made(folder, capsys):
+    argv = ['replay', 'scans.mcap', '--json', 'out.json', '--out', 'out.mcap', '--a', '1.5']
+    assert main(argv) == 0
+    embedded = read_embedded('out.mcap')
+    made_by = json.loads((folder / 'out.json').read_text())['made_by']
+    assert embedded.attachments == {'frames.json': (folder / 'out.json').read_bytes()}
+    metadata = embedded.metadata['idem_replay']
+    assert set(metadata) == set(made_by)
+    assert metadata['method'] == made_by['method'] == 'idem'
+    for key in set(made_by) - {'method'}:
+        assert json.loads(metadata[key]) == made_by[key], key
+    assert made_by['parameters']['a'] == 1.5
+    assert made_by['topics']['guess'] == '/initial_guess'
+    assert made_by['versions']['numpy'] == np.__version__
+    content = (folder / 'scans.mcap').read_bytes()
+    assert made_by['input'] == {
+        'name': 'scans.mcap',
+        'size': len(content),
+        'sha256': hashlib.sha256(content).hexdigest(),
+    }
+
+
+def test_but_for_the_times_a_result_is_the_same_every_time(folder, capsys):
+    texts = []
+    for _ in range(2):
+        assert main(['replay', 'scans.mcap', '--json', '-']) == 0
+        lines = capsys.readouterr().out.splitlines()
+        before_summary = lines[: lines.index(' "summary": {')]
+        texts.append([line for line in before_summary if '"time_ms"' not in line])
+    assert texts[0] == texts[1]
+    assert len(texts[0]) > 100
 
 
 def test_topics_are_taken_by_name(folder, rng, capsys):

@@ -6,7 +6,9 @@ from rosbags.highlevel import AnyReader
 
 from idem_ros.atomic_file import UnwritableFile
 from idem_ros.pointcloud2 import read_points
+from idem_ros.recording.embedded import Embedded, UnreadableMcap, read_embedded
 from idem_ros.recording.messages import cloud_message, diagnostics_message, header, typestore
+from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
 
 
@@ -46,6 +48,29 @@ def test_the_embedded_definitions_have_the_hashes_of_jazzy(written):
             assert embedded == typestore().hash_rihs01(connection.msgtype)
             (qos,) = connection.ext.offered_qos_profiles
             assert (qos.reliability.name, qos.durability.name) == ('RELIABLE', 'VOLATILE')
+
+
+def test_what_is_embedded_comes_back_and_leaves_the_messages_alone(written, tmp_path):
+    metadata = {'made': {'by': 'a test', 'with': '\u00e9'}, 'empty': {}}
+    attachments = {'a.json': ('application/json', b'{}'), 'b.bin': ('', bytes(range(256)))}
+    path = tmp_path / 'embedded.mcap'
+    write_mcap(path, scans(np.random.default_rng(0)), metadata, attachments)
+    assert read_embedded(path) == Embedded(metadata, {'a.json': b'{}', 'b.bin': bytes(range(256))})
+    assert read_embedded(written) == Embedded({}, {})
+    with open_recording(path) as one, open_recording(written) as other:
+        assert one.topics == other.topics
+        times = [[time for _, time, _ in r.messages(r.topics)] for r in (one, other)]
+    assert times[0] == times[1]
+
+
+def test_an_mcap_cut_off_does_not_give_half_of_what_is_embedded(tmp_path):
+    path = tmp_path / 'cut.mcap'
+    write_mcap(path, scans(np.random.default_rng(0)), {'made': {'by': 'a test'}})
+    path.write_bytes(path.read_bytes()[:-30])
+    with pytest.raises(UnreadableMcap, match=r'cut.mcap is cut off or damaged'):
+        read_embedded(path)
+    with pytest.raises(UnreadableMcap, match=r'none.mcap cannot be read'):
+        read_embedded(tmp_path / 'none.mcap')
 
 
 def test_a_message_that_fails_leaves_the_old_recording(written):

@@ -5,6 +5,7 @@ import pytest
 from recordings import scans
 from results import write_result
 
+from idem_ros.commands.main import main
 from idem_ros.evaluation.replay import replay
 from idem_ros.evaluation.result_file import COUNTS, UnreadableResult, read_result
 from idem_ros.evaluation.summary import json_record
@@ -27,6 +28,22 @@ def test_what_a_replay_wrote_comes_back(tmp_path, rng):
     assert not {'stamp', 'stamp_ns', 'status', 'T_guess'} & set(result.numbers())
     times = [frame.refinement.time_ms for frame in replayed.frames]
     np.testing.assert_array_equal(result.values('time_ms'), times)
+
+
+def test_an_mcap_holds_the_same_as_the_json_beside_it(tmp_path, rng, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_mcap('scans.mcap', scans(rng))
+    assert main(['replay', 'scans.mcap', '--json', 'a.json', '--out', 'a.mcap']) == 0
+    of_json, of_mcap = read_result('a.json'), read_result('a.mcap')
+    assert of_mcap.record == of_json.record
+    assert (of_mcap.frames, of_mcap.counts) == (of_json.frames, of_json.counts)
+    assert of_mcap.made_by['input']['name'] == 'scans.mcap'
+
+
+def test_a_recording_that_is_no_result_is_refused(tmp_path, rng):
+    write_mcap(tmp_path / 'scans.mcap', scans(rng))
+    with pytest.raises(UnreadableResult, match='a recording without an attachment frames.json'):
+        read_result(tmp_path / 'scans.mcap')
 
 
 def test_what_is_unknown_is_nan(tmp_path):
@@ -72,6 +89,12 @@ def test_what_is_no_result_is_refused_in_one_line(tmp_path, text, words):
 
 def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path):
     (tmp_path / 'a.mcap').write_bytes(b'\x89MCAP0\r\n\xff')
-    for name, words in (('a.mcap', 'no JSON'), ('none.json', 'cannot be read')):
+    (tmp_path / 'a.json').write_bytes(b'\xff')
+    cases = (
+        ('a.mcap', 'a.mcap is cut off or damaged'),
+        ('a.json', 'no JSON'),
+        ('none.json', 'cannot be read'),
+    )
+    for name, words in cases:
         with pytest.raises(UnreadableResult, match=words):
             read_result(tmp_path / name)

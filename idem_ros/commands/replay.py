@@ -1,10 +1,10 @@
 """`idem replay`: refine every pair of a recording, without ROS."""
 
 import sys
-from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.exit_codes import OK
 from idem_ros.commands.options import REPLAYED, add_config_options, config_from
+from idem_ros.commands.replay_outputs import check_outputs, write_outputs
 from idem_ros.core.exceptions import IdemError
 from idem_ros.preprocessing import PreprocessingConfig
 
@@ -34,7 +34,9 @@ def add_parser(subparsers):
         )
     parser.add_argument('--json', metavar='FILE', help='write every frame as JSON; - for stdout')
     parser.add_argument(
-        '--out', metavar='FILE.mcap', help='write transforms and diagnostics into a new recording'
+        '--out',
+        metavar='FILE.mcap',
+        help='write transforms and diagnostics into a new recording, with all of --json in it',
     )
     parser.add_argument('--tum', metavar='FILE', help='write the transforms as TUM lines')
     for config_type in REPLAYED:
@@ -45,14 +47,17 @@ def add_parser(subparsers):
 def run(args):
     """Replay, write what was asked for, print the table."""
     from idem_ros.evaluation.replay import replay
+    from idem_ros.evaluation.settings import Settings
     from idem_ros.evaluation.summary import table
+    from idem_ros.recording.fingerprint import fingerprint
 
-    config = config_from(args)
-    _check_outputs(args)
+    settings = Settings(config_from(args), config_from(args, PreprocessingConfig))
+    check_outputs(args)
+    input_ = fingerprint(args.bag) if args.json or args.out else None
     replayed = replay(
         args.bag,
-        config,
-        preprocessing=config_from(args, PreprocessingConfig),
+        settings.config,
+        preprocessing=settings.preprocessing,
         target_topic=args.target_topic,
         source_topic=args.source_topic,
         guess_topic=args.guess_topic,
@@ -61,65 +66,15 @@ def run(args):
     )
     if not replayed.frames:
         raise NothingRefined(_why_nothing(replayed))
-    _write(args, replayed)
+    write_outputs(args, replayed, settings, input_)
     print(table(replayed), file=sys.stderr if args.json == '-' else sys.stdout)
     return OK
-
-
-def _check_outputs(args):
-    """Refuse before the work what could not be written after it."""
-    from idem_ros.atomic_file import require_writable
-
-    outputs = [file for file in (args.json, args.out, args.tum) if file and file != '-']
-    if args.out and not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
-    bag, *resolved = (Path(file).resolve() for file in [args.bag, *outputs])
-    if len({bag, *resolved}) <= len(outputs) or any(bag in file.parents for file in resolved):
-        raise UsageError(
-            f'among {", ".join([args.bag, *outputs])} a file is named twice; '
-            'each output needs a file of its own outside the recording'
-        )
-    for file in outputs:
-        require_writable(file)
 
 
 def _progress(messages, total):
     from tqdm import tqdm
 
     return tqdm(messages, total=total, unit='msg', leave=False, disable=None)
-
-
-def _write(args, replayed):
-    if args.out:
-        from idem_ros.recording.results import result_messages
-        from idem_ros.recording.writer import write_mcap
-
-        write_mcap(args.out, result_messages(replayed.frames))
-    if args.tum:
-        from idem_ros.pose_files import write_tum
-
-        refinements = [frame.refinement for frame in replayed.frames]
-        write_tum(
-            args.tum,
-            [refinement.stamp for refinement in refinements],
-            [refinement.result.T_target_source for refinement in refinements],
-        )
-    if args.json:
-        _write_json(args.json, replayed)
-
-
-def _write_json(file, replayed):
-    import json
-
-    from idem_ros.atomic_file import replacing
-    from idem_ros.evaluation.summary import json_record
-
-    text = json.dumps(json_record(replayed), indent=1, allow_nan=False)
-    if file == '-':
-        print(text)
-        return
-    with replacing(file) as temporary:
-        temporary.write_text(text + '\n')
 
 
 def _why_nothing(replayed):

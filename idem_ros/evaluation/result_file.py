@@ -1,7 +1,7 @@
 """What `idem replay --json` or `--out` wrote, read back: numbers of each frame, and counts."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
 
@@ -9,8 +9,6 @@ import numpy as np
 
 from idem_ros.core.exceptions import IdemError
 
-RECORD = 'frames.json'
-"""The attachment of a result that is an MCAP: the very file that --json writes."""
 STAMPS = ('stamp', 'stamp_ns')
 COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
 
@@ -30,7 +28,7 @@ class Result:
     """The record of each frame, see `summary.json_record`."""
     counts: dict[str, int]
     """How many sources were refined (frames), refused, dropped, unpaired."""
-    record: dict
+    record: dict = field(default_factory=dict)
     """All that was written: {'bag', 'frames', 'summary', 'made_by'}, see `summary.json_record`."""
 
     @property
@@ -70,7 +68,7 @@ def read_result(path):
 
 def _text(path):
     """Return the bytes of the JSON: a whole file, or what an MCAP carries."""
-    from idem_ros.recording.embedded import MAGIC, UnreadableMcap, read_embedded
+    from idem_ros.recording.embedded import MAGIC, RECORD, UnreadableMcap, read_embedded
 
     try:
         with Path(path).open('rb') as stream:
@@ -89,7 +87,7 @@ def _text(path):
 
 def _parsed(path, text):
     try:
-        return json.loads(text.decode('utf-8'), parse_constant=_refuse)
+        return json.loads(text.decode('utf-8'), parse_constant=_refuse, parse_int=_integer)
     except (ValueError, RecursionError) as error:  # of JSON, of UTF-8, of a number
         raise _no_result(path, f'it is no JSON: {error}') from error
 
@@ -119,7 +117,8 @@ def _what_is_wrong(record):
 
 def _no_result(path, reason):
     return UnreadableResult(
-        f'{path} is no result of a replay ({reason}); idem replay BAG --json FILE or --out FILE.mcap writes one'
+        f'{path} is no result of a replay ({reason}); '
+        'idem replay BAG --json FILE (or --out FILE.mcap) writes one'
     )
 
 

@@ -8,10 +8,19 @@ ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotatio
 REASONS_SHOWN = 5
 
 
-def json_record(replayed):
-    """Return a `Replay` as what JSON holds: {'bag', 'frames', 'summary'}; None where unknown."""
+def json_record(replayed, made_by=None):
+    """Return a `Replay` as what JSON holds; None where unknown.
+
+    Args:
+        replayed: `Replay`.
+        made_by: how it was made, see `provenance.made_by`; None: it is not said.
+
+    Returns:
+        {'bag', 'made_by', 'frames', 'summary'}
+    """
     return {
         'bag': replayed.path,
+        **({} if made_by is None else {'made_by': made_by}),
         'frames': [_frame_record(frame) for frame in replayed.frames],
         'summary': summary(replayed),
     }

@@ -67,7 +67,7 @@ def open_recording(path):
         UnreadableRecording: there is no such file, it is no recording, or nothing can be read.
     """
     path = Path(path)
-    files = _files(path)
+    files = recording_files(path)
     warnings = []
     with ExitStack() as stack:
         try:
@@ -78,7 +78,12 @@ def open_recording(path):
         yield Recording(path, _topics(parts), warnings, tuple(parts))
 
 
-def _files(path):
+def recording_files(path):
+    """Return the files of a recording: itself, or those of its folder, by name.
+
+    Raises:
+        UnreadableRecording: there is none.
+    """
     if not path.exists():
         raise UnreadableRecording(f'{path} does not exist; give a recording ({_suffixes()})')
     if path.is_file():

@@ -1,7 +1,9 @@
-"""What a replay found, as the messages that the live node would have published."""
+"""What a replay found as a recording: the messages of the live node, and how it was made."""
 
 from idem_ros.diagnostics import level, refinement_values
+from idem_ros.recording.embedded import METADATA, RECORD
 from idem_ros.recording.messages import diagnostics_message, transform_message
+from idem_ros.recording.writer import write_mcap
 
 TRANSFORM_TOPIC = '/idem_node/transform'
 DIAGNOSTICS_TOPIC = '/diagnostics'
@@ -35,3 +37,23 @@ def result_messages(frames):
             log_time + 1,
             diagnostics_message(COMPONENT, level(refinement), text, values, stamp),
         )
+
+
+def write_result(path, frames, made_by, record):
+    """Write a result: its messages, how it was made as metadata, all numbers as an attachment.
+
+    Args:
+        path: the .mcap file.
+        frames: see `result_messages`.
+        made_by: {key: text}.
+        record: the JSON, bytes.
+
+    Raises:
+        UnwritableFile: `path` cannot be written.
+    """
+    write_mcap(
+        path,
+        result_messages(frames),
+        metadata={METADATA: made_by},
+        attachments={RECORD: ('application/json', record)},
+    )

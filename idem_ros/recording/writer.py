@@ -20,7 +20,7 @@ OFFERED_QOS = """\
 """
 
 
-def write_mcap(path, messages):
+def write_mcap(path, messages, metadata=None, attachments=None):
     """Write messages into a new MCAP; it appears at `path` only when it is complete.
 
     Uncompressed, so that the same messages give the same bytes with every version of zstd.
@@ -30,6 +30,8 @@ def write_mcap(path, messages):
         messages: iterable of (topic, log time [ns], message), in the order to be stored; the
             messages are made by `idem_ros.recording.messages` or read from a ROS 2 recording.
             Give each its own log time: of equal ones no format keeps the order.
+        metadata: {name: {key: text}} about the recording; None: none.
+        attachments: {name: (media type, bytes)}, files to carry along; None: none.
 
     Raises:
         UnwritableFile: `path` cannot be written.
@@ -48,6 +50,11 @@ def write_mcap(path, messages):
                 publish_time=log_time,
                 sequence=sequence,
             )
+        for name, entries in (metadata or {}).items():
+            writer.add_metadata(name, entries)
+        for name, (media_type, content) in (attachments or {}).items():
+            # time 0 is "not known": the same content gives the same bytes
+            writer.add_attachment(0, 0, name, media_type, content)
         writer.finish()
 
 
