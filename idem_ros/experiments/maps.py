@@ -1,0 +1,131 @@
+"""q_tot and RMSE over two displacements of the source from perfect alignment."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from idem_ros.core.displacement import displaced, offsets_on_grid, q_on_grid
+from idem_ros.core.landscape import Landscape
+from idem_ros.core.region_of_interest import region_on_grid
+from idem_ros.experiments.distances import CloudDistances
+
+MAP_HEADER = ('panel', 'axis_1', 'axis_2', 'offset_1', 'offset_2', 'value', 'inside_roi')
+BATCH = 200  # rotations whose points are looked up at once
+
+
+@dataclass(frozen=True, eq=False)
+class Map:
+    """Values over the offsets of the source along or around two axes.
+
+    Attributes:
+        title: which clouds, in which order.
+        label: of the colour bar, with the unit.
+        axes: two names of `idem_ros.core.displacement.AXES`; the rows' first.
+        coordinates: (m,) and (n,) offsets [unit]; 0 is perfect alignment.
+        values: (m, n).
+        unit: of the offsets: 'mm', 'm' or 'deg'.
+        region: `GridRegion` of q_tot; None for a distance.
+    """
+
+    title: str
+    label: str
+    axes: tuple
+    coordinates: tuple
+    values: np.ndarray
+    unit: str
+    region: object = None
+
+    @property
+    def minimum(self):
+        """The offsets (u, v) of the least value: of equal ones, that nearest to the alignment."""
+        first, second = np.meshgrid(*self.coordinates, indexing='ij')
+        far = np.hypot(first, second)
+        least = self.values <= self.values.min() + 1e-9 * np.ptp(self.values)
+        at = np.unravel_index(np.argmin(np.where(least, far, np.inf)), far.shape)
+        return float(first[at]), float(second[at])
+
+    @property
+    def error(self):
+        """How far the minimum lies from perfect alignment [unit]."""
+        return float(np.hypot(*self.minimum))
+
+    def rows(self, panel):
+        """Return rows under `MAP_HEADER`, one for each point of the grid."""
+        inside = np.full(self.values.shape, '') if self.region is None else self.region.inside * 1
+        mesh = np.meshgrid(*self.coordinates, indexing='ij')
+        columns = (*mesh, self.values, inside)
+        return [
+            (panel, *self.axes, f'{u:.6g}', f'{v:.6g}', f'{value:.8g}', within)
+            for u, v, value, within in zip(*(c.ravel().tolist() for c in columns), strict=True)
+        ]
+
+
+def symmetric_range(reach, step):
+    """Return offsets from -reach to reach, with 0 among them."""
+    return step * np.arange(-round(reach / step), round(reach / step) + 1)
+
+
+def landscape_of(case, threads=1, radius=None):
+    """Return the `Landscape` of a `Case` as the paper has it: lengths as given, a = 1."""
+    return Landscape(case.target, case.source, radius, 'none', threads)
+
+
+def q_map(case, landscape, axes, offsets):
+    """Return the `Map` of q_tot over two axes, both at the same offsets.
+
+    Args:
+        case: `Case` that names the clouds.
+        landscape: of the same.
+        axes: two names, both translations or both rotations (around the source's centroid).
+        offsets: (n,) [the case's unit, or degrees].
+    """
+    in_radians = _in_own_unit(axes, offsets)
+    values = q_on_grid(landscape, **dict.fromkeys(axes, in_radians))
+    region = region_on_grid(values, offsets[1] - offsets[0])
+    pair = case.name.replace('-', ' and ')
+    return Map(pair, 'q_tot [nat]', axes, (offsets, offsets), values, unit_of(case, axes), region)
+
+
+def rmse_maps(case, axes, offsets, threads=1):
+    """Return two `Map`s of RMSE, target to source and back, as for `q_map`."""
+    distances = CloudDistances(case.target, case.source, threads)
+    shape, displacements = offsets_on_grid(**dict.fromkeys(axes, _in_own_unit(axes, offsets)))
+    if axes[0].startswith('r'):
+        both = _rmse_of_rotations(distances, displacements)
+    else:
+        both = distances.at(displacements[:, :3])[:2]
+    one, other = case.name.split('-')
+    titles = f'{one} → {other}', f'{other} → {one}'
+    common = axes, (offsets, offsets)
+    return tuple(
+        Map(title, f'RMSE [{case.unit}]', *common, values.reshape(shape), unit_of(case, axes))
+        for title, values in zip(titles, both, strict=True)
+    )
+
+
+def unit_of(case, axes):
+    """Return the unit of offsets along or around axes."""
+    return 'deg' if axes[0].startswith('r') else case.unit
+
+
+def _in_own_unit(axes, offsets):
+    return np.deg2rad(offsets) if axes[0].startswith('r') else offsets
+
+
+def _rmse_of_rotations(distances, displacements):
+    """Return RMSE target to source and source to target, (K,) each, around the centroid.
+
+    The definition of `CloudDistances`, for motions that it does not make.
+    """
+    target, source = distances.target, distances.source
+    to_target, to_source = distances.trees
+    motions = displaced(np.eye(4), displacements, source.mean(axis=0))
+    found = []
+    for begin in range(0, len(motions), BATCH):
+        R, t = motions[begin : begin + BATCH, :3, :3], motions[begin : begin + BATCH, None, :3, 3]
+        # Rows p: R^T (p - t) is (p - t) R.
+        of_target, _ = to_source.query((target - t) @ R, workers=distances.threads)
+        moved = source @ R.transpose(0, 2, 1) + t
+        of_source, _ = to_target.query(moved, workers=distances.threads)
+        found.append([np.sqrt(np.mean(d**2, axis=1)) for d in (of_target, of_source)])
+    return np.concatenate(found, axis=1)
