@@ -7,10 +7,12 @@ from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
 from idem_ros.experiments import table1
 from idem_ros.experiments.experiment import Experiment
+from idem_ros.experiments.figures import FIGURES
 
 # To add one: write `run(context)` in a module of this folder and add its record here.
 EXPERIMENTS = (
     Experiment('table1', 'Sensitivity to Gaussian noise (table 1, figure 19)', table1.run),
+    *FIGURES,
 )
 
 
