@@ -71,6 +71,31 @@ def range_of(each: Field) -> tuple | None:
     return (0.0, math.inf)
 
 
+def value_of(each: Field, given: Any) -> Any:
+    """Return a field's value as given by ROS: a tuple of a list, None of 0, 2.0 of 2.
+
+    Raises:
+        InvalidConfig: no list where one is meant; everything else is the configuration's to judge.
+    """
+    if isinstance(each.default, tuple):
+        if isinstance(given, (str, bytes)) or not hasattr(given, '__iter__'):
+            raise InvalidConfig(
+                f'{parameter_name(each)} is {given!r}; it must be a list of numbers'
+            )
+        return tuple(_as_float(item) for item in given)
+    is_number = not isinstance(given, bool)
+    if is_optional(each) and is_number and given == 0:
+        return None
+    is_float = isinstance(default_of(each), float)
+    return _as_float(given) if is_float else given
+
+
+def _as_float(value: Any) -> Any:
+    """Return a whole number as a float; leave everything else for the configuration to judge."""
+    is_whole_number = isinstance(value, int) and not isinstance(value, bool)
+    return float(value) if is_whole_number else value
+
+
 def require_positive(name, value):
     """Refuse what is no finite number above 0.
 

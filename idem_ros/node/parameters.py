@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import Field, fields
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterValueException
@@ -14,10 +14,10 @@ from idem_ros.node.interface import CONFIGS
 from idem_ros.parameters import (
     default_of,
     description_of,
-    is_optional,
     is_whole,
     parameter_name,
     range_of,
+    value_of,
 )
 
 Config = TypeVar('Config')
@@ -41,7 +41,7 @@ def declare_parameters(node: Node) -> None:
                 # rclpy says neither which range nor of what; the configuration does
                 anything = ParameterDescriptor(dynamic_typing=True)
                 given = node.declare_parameter(name, default, anything)
-                config_type(**{field.name: _from_ros(field, given.value)})
+                config_type(**{field.name: value_of(field, given.value)})
                 raise InvalidConfig(f'{name}: {error}') from error
 
 
@@ -63,7 +63,7 @@ def read_config(
     for field in fields(config_type):
         name = parameter_name(field)
         value = about_to_be[name] if name in about_to_be else node.get_parameter(name).value
-        values[field.name] = _from_ros(field, value)
+        values[field.name] = value_of(field, value)
     return config_type(**values)
 
 
@@ -83,21 +83,3 @@ def _descriptor(field: Field) -> ParameterDescriptor:
             low, high = map(float, limits)
             descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
     return descriptor
-
-
-def _from_ros(field: Field, value: Any) -> Any:
-    if isinstance(field.default, tuple):
-        if isinstance(value, (str, bytes)) or not hasattr(value, '__iter__'):
-            raise InvalidConfig(f'{field.name} is {value!r}; it must be a list of numbers')
-        return tuple(_as_float(item) for item in value)
-    is_number = not isinstance(value, bool)
-    if is_optional(field) and is_number and value == 0:
-        return None
-    is_float = isinstance(default_of(field), float)
-    return _as_float(value) if is_float else value
-
-
-def _as_float(value: Any) -> Any:
-    """Return a whole number as a float; leave everything else for the configuration to judge."""
-    is_whole_number = isinstance(value, int) and not isinstance(value, bool)
-    return float(value) if is_whole_number else value

@@ -1,0 +1,115 @@
+"""A node's parameter file, read without ROS: YAML of nodes and their ros__parameters."""
+
+from dataclasses import fields
+from pathlib import Path
+
+import yaml
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.parameters import default_of, parameter_name, value_of
+
+NODE = 'idem_node'
+EVERY_NODE = ('/**', '/*')
+PARAMETERS = 'ros__parameters'
+OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+EXPECTED = f'it must hold parameters as config/refine.yaml does: /**: {PARAMETERS}: name: value'
+
+
+class BadParameterFile(IdemError):
+    """A parameter file that cannot be read, or that says what no parameter is."""
+
+
+def read_parameters(path):
+    """Read what a file says to the node `idem_node`, under its name or under `/**`.
+
+    Returns:
+        ({name: value}, [sections for other nodes]); nested names are joined by dots.
+
+    Raises:
+        BadParameterFile: it is no such file, or has nothing to say to this node.
+    """
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise BadParameterFile(f'{path} cannot be read: {error.strerror or error}') from error
+    except (yaml.YAMLError, ValueError) as error:
+        raise BadParameterFile(f'{path} is no YAML: {" ".join(str(error).split())}') from error
+    if not isinstance(content, dict):
+        raise BadParameterFile(f'{path} holds no node; {EXPECTED}')
+    others = [str(node) for node in content if not _is_ours(str(node))]
+    ours = {node: section for node, section in content.items() if _is_ours(str(node))}
+    if not ours:
+        raise BadParameterFile(f'{path} speaks to {", ".join(others) or "nobody"}; {EXPECTED}')
+    parameters = {}
+    for node, section in ours.items():
+        if not (isinstance(section, dict) and isinstance(section.get(PARAMETERS), dict)):
+            raise BadParameterFile(f'{path}: {node} has no {PARAMETERS}; {EXPECTED}')
+        parameters.update(_flat(section[PARAMETERS]))
+    return parameters, others
+
+
+def configs_of(path, parameters, config_types, elsewhere=()):
+    """Build configurations from the parameters of a file; what it does not name is as by default.
+
+    Args:
+        path: the file, for messages.
+        parameters: {name: value}, of `read_parameters`.
+        config_types: the configurations to build.
+        elsewhere: configurations whose parameters are let pass: a live node has them only.
+
+    Returns:
+        ({type: configuration}, [names that were let pass])
+
+    Raises:
+        BadParameterFile: a name that is none, as a typing error makes it.
+        InvalidConfig: a value out of range.
+    """
+    known = {parameter_name(each): each for kind in config_types for each in fields(kind)}
+    live = [parameter_name(each) for kind in elsewhere for each in fields(kind)]
+    passed = [name for name in parameters if name in live or name.split('.')[0] in OF_EVERY_NODE]
+    unknown = [name for name in parameters if name not in known and name not in passed]
+    if unknown:
+        raise BadParameterFile(
+            f'{path} sets {", ".join(unknown)}, which no parameter is; there are '
+            f'{", ".join([*known, *live])}'
+        )
+    values = {
+        name: value_of(each, _number(each, parameters[name]))
+        for name, each in known.items()
+        if name in parameters
+    }
+    configs = {
+        kind: kind(
+            **{
+                each.name: values[parameter_name(each)]
+                for each in fields(kind)
+                if parameter_name(each) in values
+            }
+        )
+        for kind in config_types
+    }
+    return configs, passed
+
+
+def _is_ours(node):
+    return node in EVERY_NODE or node.rpartition('/')[2] == NODE
+
+
+def _flat(parameters, prefix=''):
+    flat = {}
+    for name, value in parameters.items():
+        if isinstance(value, dict):
+            flat.update(_flat(value, f'{prefix}{name}.'))
+        else:
+            flat[f'{prefix}{name}'] = value
+    return flat
+
+
+def _number(field, value):
+    """Return 1e-5 as the number it is for ROS: for YAML 1.1 it is a word, without its point."""
+    if not (isinstance(value, str) and isinstance(default_of(field), float)):
+        return value
+    try:
+        return float(value)
+    except ValueError:
+        return value
