@@ -6,7 +6,7 @@ from itertools import dropwhile, takewhile
 from idem_ros.benchmarks.markdown import table
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.interface import INPUTS, OUTPUTS, parameter_fields
+from idem_ros.node.interface import INPUTS, OUTPUTS, TF_INPUTS, parameter_fields
 from idem_ros.parameters import default_of, description_of, parameter_name
 
 FIGURES = 'docs/figures.md'
@@ -55,7 +55,7 @@ def _lines_of(path, starts):
 def _topics():
     rows = [
         (f'`{topic.name}`', direction, f'`{topic.msgtype}`', topic.description)
-        for direction, topics in (('in', INPUTS), ('out', OUTPUTS))
+        for direction, topics in (('in', {**INPUTS, **TF_INPUTS}), ('out', OUTPUTS))
         for topic in topics.values()
     ]
     return table(['topic', '', 'type', 'what'], rows, left=4)

@@ -13,7 +13,12 @@ from idem_ros.parameters import parameter, require_one_of, require_positive
 from idem_ros.stamps import NotYet, seconds
 from idem_ros.transform_message import matrix_of, stamp_ns
 
-STREAMED = ('transform', 'pose_with_covariance', 'odometry')
+STREAMED = {
+    'transform': 'geometry_msgs/msg/TransformStamped',
+    'pose_with_covariance': 'geometry_msgs/msg/PoseWithCovarianceStamped',
+    'odometry': 'nav_msgs/msg/Odometry',
+}
+TF = 'tf2_msgs/msg/TFMessage'
 GUESS_TYPES = (*STREAMED, 'tf', 'last', 'identity')
 KEPT = 256
 
@@ -110,13 +115,11 @@ class StampedPoses:
         if stamp in self._messages:
             return [self._messages[stamp]]
         i = bisect_left(self._stamps, stamp)
+        if not self._stamps:
+            raise NotYet('none has come')
         if i == len(self._stamps):
-            age = (
-                f'the newest is {seconds(stamp - self._stamps[-1])} older'
-                if i
-                else 'there is none'
-            )
-            raise NotYet(age)
+            age = seconds(stamp - self._stamps[-1])
+            raise NotYet(f'the newest is {age} older than the source')
         return [self._messages[kept] for kept in self._stamps[max(i - 1, 0) : i + 1]]
 
 

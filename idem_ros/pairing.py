@@ -4,19 +4,27 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
-from idem_ros.transform_message import stamp_ns
+import numpy as np
 
-CLOUDS_KEPT = 8
-GUESSES_KEPT = 256
+from idem_ros.core.exceptions import IdemError
+from idem_ros.guesses import STREAMED, ConstantGuess, Guess, GuessConfig, StreamedGuesses
+from idem_ros.stamps import DISORDER, NotYet, StampOrder
+from idem_ros.targets import PairingConfig, Targets
+from idem_ros.transform_message import stamp_ns
+from idem_ros.transform_tree import TransformTree
+
+SOURCES_KEPT = 8
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A source cloud with the target and the guess it is registered from, as they came."""
+    """A source cloud with its target, as they came, and the guess it is registered from."""
 
     target: Any
     source: Any
-    guess: Any
+    guess: Guess
+    jumps: int = 0
+    """How often the clock had been set back: a result from before is no guess for after."""
 
     @property
     def stamp(self):
@@ -35,59 +43,91 @@ class Refusal:
 class Pairing:
     """Collects messages as they come and gives back the pairs that each one completes.
 
-    Target: the newest whose stamp is not after the source's, else the last received.
-    Guess: the one with the source's own stamp; else, once a later one has come, the nearest in
-    time. A guess with stamp 0 is timeless and serves every source until another guess comes.
+    `PairingConfig` says which target a source gets, `GuessConfig` which guess; a source waits
+    until both are settled. Where a clock is set back, as by a recording in a loop, what is later
+    is forgotten: sources and guesses, and targets but for a map.
+
+    Args:
+        config: `PairingConfig`; None: its defaults.
+        guess_config: `GuessConfig`; None: its defaults.
 
     Attributes:
-        dropped: sources that fell out of the buffer before they were complete. Targets and
-            guesses that fall out have been superseded; what that costs shows here.
-        refused: sources whose frames contradict their guess.
+        dropped: sources that fell out of the buffer before they were complete, or that the clock
+            was set back behind. Targets and guesses that fall out have been superseded; what that
+            costs shows here.
+        refused: sources that have no usable guess or target, or frames that contradict it.
     """
 
-    def __init__(self):
+    def __init__(self, config=None, guess_config=None):
         self.dropped = 0
         self.refused = 0
-        self._targets = deque(maxlen=CLOUDS_KEPT)
+        self._config = config or PairingConfig()
+        self._guess_config = guess_config or GuessConfig()
+        self._guesses = _guesses_of(self._guess_config.type)
+        self._targets = Targets()
         self._sources = deque()
-        self._guesses = {}
-        self._timeless = None
-        self._last_source_stamp = 0
-        self._refusals = deque(maxlen=CLOUDS_KEPT)
+        self._order = StampOrder()
+        self._why = ''
+        self._refusals = deque(maxlen=SOURCES_KEPT)
+
+    @property
+    def guess_type(self):
+        """Where guesses come from, as `GuessConfig.type` says."""
+        return self._guess_config.type
 
     @property
     def waiting(self):
         """How many sources wait for a target or a guess."""
         return len(self._sources)
 
+    @property
+    def jumps(self):
+        """How often a clock was set back."""
+        return self._order.jumps
+
+    @property
+    def last_jump(self):
+        """By how much a clock was set back the last time [ns]."""
+        return self._order.last_jump
+
+    def configure(self, config, guess_config):
+        """Take other parameters for the pairs to come; the type of the guess stays."""
+        self._config, self._guess_config = config, guess_config
+
     def add_target(self, message):
         """Keep a target cloud; return the pairs it completes."""
-        self._targets.append(message)
+        self._targets.add(message)
         return self._complete()
 
     def add_source(self, message):
         """Keep a source cloud; return the pairs it completes."""
         stamp = stamp_ns(message)
-        if stamp < self._last_source_stamp:
-            self._forget_guesses_after(stamp)
-        self._last_source_stamp = stamp
+        if self._order.goes_back('source', stamp):
+            self._forget_after(stamp)
         self._sources.append(message)
         pairs = self._complete()
-        if len(self._sources) > CLOUDS_KEPT:
+        if len(self._sources) > SOURCES_KEPT:
             self._sources.popleft()
             self.dropped += 1
         return pairs
 
     def add_guess(self, message):
-        """Keep an initial guess; return the pairs it completes."""
-        stamp = stamp_ns(message)
-        self._timeless = None if stamp else message
-        if stamp:
-            self._forget_guesses_after(stamp)
-            self._guesses[stamp] = message
-            if len(self._guesses) > GUESSES_KEPT:
-                del self._guesses[next(iter(self._guesses))]
+        """Keep an initial guess, or a TFMessage of /tf; return the pairs it completes."""
+        for stream, stamp in self._guesses.stamps(message):
+            if self._order.goes_back(stream, stamp):
+                self._forget_after(stamp)
+        self._guesses.add(message)
         return self._complete()
+
+    def add_static_transforms(self, message):
+        """Keep a TFMessage of /tf_static; return the pairs it completes."""
+        self._guesses.add_static(message)
+        return self._complete()
+
+    def clock_goes_back(self, now):
+        """Forget what is later than the node's clock, which was set back to `now` [ns]."""
+        if self._order.clock_goes_back(now):
+            self._forget_after(now)
 
     def take_refusals(self):
         """Return the refusals since the last call (at most the newest few), and forget them."""
@@ -97,74 +137,122 @@ class Pairing:
 
     def waiting_for(self):
         """Name what the next pair lacks: 'target', 'source', 'initial_guess', joined by 'and'."""
-        guesses = [self._guess_for(stamp_ns(source)) for source in self._sources]
-        missing = {
-            'target': not self._targets,
-            'source': not self._sources,
-            'initial_guess': not (any(guesses) if guesses else self._guesses or self._timeless),
-        }
-        return ' and '.join(name for name, is_missing in missing.items() if is_missing)
+        sources = self._sources
+        has_target, has_guess = bool(self._targets), bool(self._guesses)
+        if sources and has_target:
+            has_target = any(self._comes(self._target_of, source) for source in sources)
+        if sources and has_guess:
+            has_guess = any(
+                self._comes(self._guess_of, source, self._likely_target(source))
+                for source in sources
+            )
+        have = {'target': has_target, 'source': bool(sources), 'initial_guess': has_guess}
+        return ' and '.join(name for name, is_there in have.items() if not is_there)
+
+    def why_it_waits(self):
+        """Say why the newest of the waiting sources waits; empty where none does."""
+        return self._why
 
     def _complete(self):
-        if not self._targets:
-            return []
-        pairs, waiting = [], deque()
+        pairs, waiting, self._why = [], deque(), ''
+        newest = self._sources[-1] if self._sources else None
         for source in self._sources:
-            guess = self._guess_for(stamp_ns(source))
-            if guess is None:
+            try:
+                pairs.append(self._pair_of(source))
+            except NotYet as missing:
+                if missing.is_doubtful and source is not newest:
+                    self._refuse(source, missing)
+                    continue
                 waiting.append(source)
-                continue
-            pair = Pair(self._target_for(stamp_ns(source)), source, guess)
-            reason = frame_contradiction(
-                'guess', guess, pair.target.header.frame_id, source.header.frame_id
-            )
-            if reason:
-                self.refused += 1
-                self._refusals.append(Refusal(pair.stamp, reason))
-            else:
-                pairs.append(pair)
+                self._why = str(missing)
+            except IdemError as error:
+                self._refuse(source, error)
         self._sources = waiting
         return pairs
 
-    def _target_for(self, stamp):
-        earlier = [target for target in self._targets if stamp_ns(target) <= stamp]
-        # of equal stamps the one received last: max() keeps the first it meets
-        return max(reversed(earlier), key=stamp_ns) if earlier else self._targets[-1]
+    def _pair_of(self, source):
+        target = _named('target', self._target_of, source)
+        guess = _named('initial guess', self._guess_of, source, target)
+        reason = frame_contradiction(
+            'guess',
+            (guess.target_frame, guess.source_frame),
+            (target.header.frame_id, source.header.frame_id),
+        )
+        if reason:
+            raise IdemError(reason)
+        return Pair(target, source, guess, self.jumps)
 
-    def _guess_for(self, stamp):
-        if stamp in self._guesses:
-            return self._guesses[stamp]
-        if self._timeless is not None:
-            return self._timeless
-        if any(kept > stamp for kept in self._guesses):
-            return self._guesses[min(self._guesses, key=lambda kept: abs(kept - stamp))]
-        return None
+    def _target_of(self, source):
+        return self._targets.of_source(stamp_ns(source), self._config)
 
-    def _forget_guesses_after(self, stamp):
-        """Forget what an earlier pass left behind: time went back (a recording in a loop)."""
-        for later in [kept for kept in self._guesses if kept > stamp]:
-            del self._guesses[later]
+    def _likely_target(self, source):
+        try:
+            return self._target_of(source)
+        except IdemError:
+            return None
+
+    def _guess_of(self, source, target):
+        frames = target.header.frame_id if target else '', source.header.frame_id
+        return self._guesses.guess_for(stamp_ns(source), *frames, self._guess_config)
+
+    def _refuse(self, source, error):
+        self.refused += 1
+        self._refusals.append(Refusal(stamp_ns(source), str(error)))
+
+    def _forget_after(self, stamp):
+        stamp += DISORDER  # up to there it may be of the new pass, or out of order
+        self._guesses.forget_after(stamp)
+        self._targets.forget_after(stamp, self._config)
+        kept = [source for source in self._sources if stamp_ns(source) <= stamp]
+        self.dropped += len(self._sources) - len(kept)
+        self._sources = deque(kept)
+
+    @staticmethod
+    def _comes(find, *given):
+        """Return whether what a source needs is settled, be it by a refusal."""
+        try:
+            find(*given)
+        except NotYet:
+            return False
+        except IdemError:
+            return True
+        return True
 
 
-def frame_contradiction(name, transform, target_frame, source_frame):
+def _guesses_of(kind):
+    if kind in STREAMED:
+        return StreamedGuesses()
+    if kind == 'tf':
+        return TransformTree()
+    return ConstantGuess(Guess(np.eye(4) if kind == 'identity' else None))
+
+
+def _named(role, find, *given):
+    """Find one of the inputs; let its error say which it is."""
+    try:
+        return find(*given)
+    except NotYet as missing:
+        raise NotYet(f'{role}: {missing}', missing.is_doubtful) from missing
+    except IdemError as error:
+        raise type(error)(f'{role}: {error}') from error
+
+
+def frame_contradiction(name, frames, cloud_frames):
     """Say which frames of a transform and its clouds contradict each other.
 
     Args:
         name: what the message calls the transform.
-        transform: a TransformStamped-like message, source in target frame.
-        target_frame, source_frame: frames of the clouds; an empty one contradicts nothing.
+        frames: of the transform, (frame_id, child_frame_id): source in target frame.
+        cloud_frames: of the target and the source; an empty one contradicts nothing.
 
     Returns:
         A sentence; empty where nothing contradicts.
     """
-    borders = (
-        ('frame_id', transform.header.frame_id, 'target', target_frame),
-        ('child_frame_id', transform.child_frame_id, 'source', source_frame),
-    )
-    for key, of_transform, role, of_cloud in borders:
-        if of_transform and of_cloud and of_transform.lstrip('/') != of_cloud.lstrip('/'):
+    roles = (('frame_id', 'target'), ('child_frame_id', 'source'))
+    for (key, role), frame, of_cloud in zip(roles, frames, cloud_frames, strict=True):
+        if frame and of_cloud and frame.lstrip('/') != of_cloud.lstrip('/'):
             return (
-                f'the {name} has {key} {of_transform!r}, but the {role} cloud is in frame '
+                f'the {name} has {key} {frame!r}, but the {role} cloud is in frame '
                 f'{of_cloud!r}; they must be the same'
             )
     return ''

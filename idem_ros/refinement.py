@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from time import perf_counter_ns
 
+import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core import (
@@ -15,7 +16,6 @@ from idem_ros.core import (
 )
 from idem_ros.pointcloud2 import PointsRead, read_points
 from idem_ros.preprocessing import Preprocessed, PreprocessingConfig, preprocess
-from idem_ros.transform_message import matrix_of
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,9 @@ class _Input:
 class Refiner:
     """Refines pairs; a target that stays the same message is read and prepared once.
 
+    A pair whose guess is the last result starts from the last one that converged between the same
+    frames; from the identity where there is none, or where the clock was set back since.
+
     Args:
         config: `RegistrationConfig`; None: its defaults.
         judge_guess: whether q_tot is evaluated at the guess, too.
@@ -67,6 +70,7 @@ class Refiner:
     def __init__(self, config=None, judge_guess=False, preprocessing=None):
         self._judge_guess = judge_guess
         self._target_of = self._target = None
+        self._last = None, None
         self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
 
     def configure(self, config, preprocessing):
@@ -80,11 +84,15 @@ class Refiner:
             `Refinement`; whether it converged is its `result.status`.
 
         Raises:
-            IdemError: a cloud or the guess cannot be used; the message says which and why.
+            IdemError: a cloud cannot be used; the message says which and why.
         """
         start = perf_counter_ns()
         config, preprocessing = self._configs
-        T_guess = _named('initial guess', matrix_of, pair.guess)
+        frames = (
+            pair.target.header.frame_id or pair.guess.target_frame,
+            pair.source.header.frame_id or pair.guess.source_frame,
+        )
+        T_guess = self._guess_of(pair, frames)
         target = self._prepared_target(pair.target, preprocessing)
         source = _prepared('source', pair.source, preprocessing)
         result = register(target.cloud, source.cloud, T_guess, config)
@@ -92,11 +100,13 @@ class Refiner:
         judged = None
         if self._judge_guess:
             judged = _q_tot_at(T_guess, target.cloud, source.cloud, result.radius, config)
+        if result.converged:
+            self._last = (frames, pair.jumps), result.T_target_source
         inputs = target, source
         return Refinement(
             stamp=pair.stamp,
-            target_frame=pair.target.header.frame_id or pair.guess.header.frame_id,
-            source_frame=pair.source.header.frame_id or pair.guess.child_frame_id,
+            target_frame=frames[0],
+            source_frame=frames[1],
             T_guess=T_guess,
             result=result,
             q_tot_before=judged,
@@ -108,6 +118,12 @@ class Refiner:
             cropped=sum(each.preprocessed.cropped for each in inputs),
             thinned=sum(each.preprocessed.thinned for each in inputs),
         )
+
+    def _guess_of(self, pair, frames) -> NDArray:
+        if pair.guess.T_target_source is not None:
+            return pair.guess.T_target_source
+        last_of, last = self._last
+        return last if last_of == (frames, pair.jumps) else np.eye(4)
 
     def _prepared_target(self, message, preprocessing) -> _Input:
         kept_of = self._target_of

@@ -15,9 +15,18 @@ from idem_ros.node.interface import INPUTS, parameter_fields
 from idem_ros.parameters import default_of, parameter_name
 
 
+def flat(group, prefix=''):
+    """Yield (name, value) of the parameters of a group, named as ROS names those of its groups."""
+    for name, value in group.items():
+        if isinstance(value, dict):
+            yield from flat(value, f'{prefix}{name}.')
+        else:
+            yield prefix + name, value
+
+
 def test_parameter_file_holds_every_parameter_with_its_default():
     content = yaml.safe_load((ROOT / 'config' / 'refine.yaml').read_text())
-    given = content['/**']['ros__parameters']
+    given = dict(flat(content['/**']['ros__parameters']))
     expected = parameter_fields()
     assert given == {parameter_name(field): default_of(field) for field in expected}
     assert list(given) == [parameter_name(field) for field in expected]

@@ -18,6 +18,8 @@ def imported_by(module):
     [
         ('idem_ros.core', CORE_ONLY),
         ('idem_ros.pointcloud2', CORE_ONLY),
+        ('idem_ros.guesses', CORE_ONLY),
+        ('idem_ros.transform_tree', CORE_ONLY),
         ('idem_ros.pairing', CORE_ONLY),
         ('idem_ros.preprocessing', CORE_ONLY),
         ('idem_ros.refinement', CORE_ONLY),

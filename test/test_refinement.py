@@ -8,7 +8,6 @@ from recordings import scans
 from idem_ros import refinement
 from idem_ros.core import (
     InvalidCloud,
-    InvalidTransform,
     RegistrationConfig,
     Status,
     q_tot,
@@ -16,16 +15,22 @@ from idem_ros.core import (
 )
 from idem_ros.core.se3 import inverse, transform_points
 from idem_ros.diagnostics import OK, WARN, level, refinement_values
+from idem_ros.guesses import Guess
 from idem_ros.pairing import Pair
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
-from idem_ros.recording.messages import cloud_message, transform_message
+from idem_ros.recording.messages import cloud_message
 from idem_ros.refinement import Refiner
+from idem_ros.transform_message import matrix_of
+
+
+def guess_of(message):
+    return Guess(matrix_of(message), message.header.frame_id, message.child_frame_id)
 
 
 @pytest.fixture
 def pair(rng):
     (_, _, target), (_, _, source), (_, _, guess), _ = scans(rng, n=1)
-    return Pair(target, source, guess)
+    return Pair(target, source, guess_of(guess))
 
 
 def test_the_result_is_that_of_the_core(rng):
@@ -34,7 +39,7 @@ def test_the_result_is_that_of_the_core(rng):
     pair = Pair(
         cloud_message(clouds[0], 1, 'map'),
         cloud_message(clouds[1], 2, 'lidar'),
-        transform_message(guess, 2, 'map', 'lidar'),
+        Guess(guess, 'map', 'lidar'),
     )
     refined = Refiner().refine(pair)
     expected = register(*clouds, refined.T_guess)
@@ -48,7 +53,7 @@ def test_the_result_is_that_of_the_core(rng):
 def test_q_tot_before_is_comparable_with_q_tot_after(pair, voxel_size):
     config = RegistrationConfig(voxel_size=voxel_size)
     refined = Refiner(config, judge_guess=True).refine(pair)
-    from_result = replace(pair, guess=transform_message(refined.result.T_target_source, 5, '', ''))
+    from_result = replace(pair, guess=Guess(refined.result.T_target_source))
     again = Refiner(replace(config, max_iterations=1), judge_guess=True).refine(from_result)
     assert again.q_tot_before == pytest.approx(refined.result.q_tot, rel=1e-6)
     assert refined.result.q_tot < refined.q_tot_before
@@ -89,11 +94,33 @@ def test_a_refused_source_is_named(pair):
         Refiner().refine(replace(pair, source=cloud_message(np.zeros((2, 3)), 1, 'lidar')))
 
 
-def test_a_refused_guess_is_named(pair):
-    guess = transform_message(np.eye(4), 1, 'map', 'lidar')
-    guess.transform.rotation.w = 0.0
-    with pytest.raises(InvalidTransform, match='^initial guess: the quaternion'):
-        Refiner().refine(replace(pair, guess=guess))
+def test_the_last_result_is_the_guess_of_the_next_and_the_identity_of_the_first(pair):
+    last = replace(pair, guess=Guess(None))
+    refiner = Refiner()
+    assert (refiner.refine(last).T_guess == np.eye(4)).all()
+    first = refiner.refine(pair).result
+    np.testing.assert_array_equal(refiner.refine(last).T_guess, first.T_target_source)
+
+
+def test_after_a_failure_the_last_good_result_is_the_guess(pair):
+    last = replace(pair, guess=Guess(None))
+    refiner = Refiner()
+    good = refiner.refine(pair).result.T_target_source
+    few = replace(last, source=cloud_message(np.eye(3), 1, 'lidar'))
+    assert refiner.refine(few).result.status is Status.TOO_FEW_POINTS
+    with pytest.raises(InvalidCloud):
+        refiner.refine(replace(last, source=cloud_message(np.zeros((2, 3)), 1, 'lidar')))
+    np.testing.assert_array_equal(refiner.refine(last).T_guess, good)
+
+
+@pytest.mark.parametrize('what', ['frame', 'clock'])
+def test_a_result_of_other_frames_or_of_before_the_clock_went_back_is_no_guess(pair, what):
+    last = replace(pair, guess=Guess(None), jumps=int(what == 'clock'))
+    refiner = Refiner()
+    refiner.refine(pair)
+    if what == 'frame':
+        last.source.header.frame_id = 'other'
+    assert (refiner.refine(last).T_guess == np.eye(4)).all()
 
 
 def test_frames_that_the_clouds_leave_empty_come_from_the_guess(pair):
@@ -109,7 +136,7 @@ def test_points_left_out_of_both_clouds_are_counted(rng):
     pair = Pair(
         cloud_message(target, 1, ''),
         cloud_message(source, 1, ''),
-        transform_message(np.eye(4), 1, '', ''),
+        Guess(np.eye(4)),
     )
     refined = Refiner().refine(pair)
     assert (refined.dropped_nonfinite, refined.dropped_zero) == (4, 2)

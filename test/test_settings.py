@@ -6,11 +6,15 @@ import pytest
 
 from idem_ros.core import InvalidConfig, RegistrationConfig
 from idem_ros.evaluation.settings import Settings, UnknownSettings, as_record, from_record
+from idem_ros.guesses import GuessConfig
 from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.targets import PairingConfig
 
 CHANGED = Settings(
     RegistrationConfig(voxel_size=0.25, radius_schedule=(4.0, 1.0), length_scale='none'),
     PreprocessingConfig(min_range=1.0, crop_min=(-1.0, -2.0, -math.inf), crop_target=True),
+    PairingConfig(pairing='nearest', pairing_tolerance=0.2),
+    GuessConfig(type='odometry', max_age=None),
 )
 
 

@@ -11,9 +11,10 @@ from idem_ros.benchmarks.speed_cases import dense_street
 from idem_ros.benchmarks.timing import interleaved_ms
 from idem_ros.core import IdemError, register, warm_up
 from idem_ros.evaluation.replay import replay
+from idem_ros.guesses import Guess
 from idem_ros.installed_file import installed_file
 from idem_ros.pairing import Pair
-from idem_ros.recording.messages import cloud_message, transform_message
+from idem_ros.recording.messages import cloud_message
 from idem_ros.refinement import Refiner
 
 DEMO, DEMO_VOXEL = 'bags/demo.mcap', 0.5
@@ -87,7 +88,7 @@ def _live(config, rounds):
         cloud[rng.permutation(len(cloud))[:LIVE_POINTS]] for cloud in (case.target, case.source)
     ]
     start = displaced(case.truth, case.centroid, 1.5, 0.3, rng)
-    guess = transform_message(start, 1, 'map', 'lidar')
+    guess = Guess(start, 'map', 'lidar')
 
     def refine(_):
         target, source = (

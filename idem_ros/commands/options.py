@@ -6,10 +6,17 @@ from dataclasses import fields
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.guesses import GuessConfig
 from idem_ros.parameters import is_optional, is_whole, parameter_name
 from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.targets import PairingConfig
 
-TITLES = {RegistrationConfig: 'registration', PreprocessingConfig: 'points that take part'}
+TITLES = {
+    RegistrationConfig: 'registration',
+    PreprocessingConfig: 'points that take part',
+    PairingConfig: 'pairing of clouds by their stamps',
+    GuessConfig: 'initial guesses',
+}
 REPLAYED = tuple(TITLES)
 
 
@@ -70,9 +77,18 @@ def _parser_of(field):
     """Return what turns an option's text into a value of the field's type."""
     if isinstance(field.default, tuple):
         return _numbers
-    if is_whole(field):
-        return int
-    return float if is_optional(field) else type(field.default)
+    kind = int if is_whole(field) else type(field.default)
+    if not is_optional(field):
+        return kind
+    return _whole_or_none if kind is int else _real_or_none
+
+
+def _whole_or_none(text):
+    return None if text == 'none' else int(text)
+
+
+def _real_or_none(text):
+    return None if text == 'none' else float(text)
 
 
 def _numbers(text):

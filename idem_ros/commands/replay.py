@@ -6,7 +6,6 @@ from idem_ros.commands.exit_codes import OK
 from idem_ros.commands.options import REPLAYED, add_config_options, config_from
 from idem_ros.commands.replay_outputs import check_outputs, write_outputs
 from idem_ros.core.exceptions import IdemError
-from idem_ros.preprocessing import PreprocessingConfig
 
 
 class NothingRefined(IdemError):
@@ -26,7 +25,7 @@ def add_parser(subparsers):
     for role, what in (
         ('target', 'PointCloud2'),
         ('source', 'PointCloud2'),
-        ('guess', 'TransformStamped'),
+        ('guess', 'TransformStamped (or as --initial-guess-type says)'),
         ('truth', 'TransformStamped'),
     ):
         parser.add_argument(
@@ -51,13 +50,15 @@ def run(args):
     from idem_ros.evaluation.summary import table
     from idem_ros.recording.fingerprint import fingerprint
 
-    settings = Settings(config_from(args), config_from(args, PreprocessingConfig))
+    settings = Settings(*(config_from(args, each) for each in REPLAYED))
     check_outputs(args)
     input_ = fingerprint(args.bag) if args.json or args.out else None
     replayed = replay(
         args.bag,
         settings.config,
         preprocessing=settings.preprocessing,
+        pairing=settings.pairing,
+        guess=settings.guess,
         target_topic=args.target_topic,
         source_topic=args.source_topic,
         guess_topic=args.guess_topic,
@@ -80,6 +81,9 @@ def _progress(messages, total):
 def _why_nothing(replayed):
     reasons = [refusal.reason for refusal in replayed.refused[:1]]
     if replayed.unpaired:
-        reasons.append(f'{replayed.unpaired} sources wait for {replayed.unpaired_for}')
+        reasons.append(
+            f'{replayed.unpaired} sources wait for {replayed.unpaired_for} '
+            f'({replayed.unpaired_why})'
+        )
     reasons.extend(replayed.notes)
     return f'no source of {replayed.path} could be refined: {"; ".join(reasons) or "it has none"}'

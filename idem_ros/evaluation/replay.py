@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from idem_ros.core import IdemError, warm_up
 from idem_ros.evaluation.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.guesses import STREAMED, GuessConfig
 from idem_ros.pairing import Pairing, Refusal, frame_contradiction
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import Topics, find_topics
 from idem_ros.refinement import Refinement, Refiner
+from idem_ros.stamps import seconds
 from idem_ros.transform_message import matrix_of, stamp_ns
 
 
@@ -67,6 +69,8 @@ class Replay:
     """What those waited for."""
     notes: tuple[str, ...]
     """What a reader should know of the recording: no guess topic, a missing end."""
+    unpaired_why: str = ''
+    """Why the newest of those that still waited did."""
 
 
 def replay(
@@ -74,6 +78,8 @@ def replay(
     config=None,
     *,
     preprocessing=None,
+    pairing=None,
+    guess=None,
     target_topic=None,
     source_topic=None,
     guess_topic=None,
@@ -82,12 +88,15 @@ def replay(
 ):
     """Refine every complete pair of a recording; none is dropped for want of time.
 
-    Without a guess topic each source starts from the identity.
+    Where the guess is to come as a transform, and there is no such topic, each source starts from
+    the identity.
 
     Args:
         path: a recording, as `open_recording` takes it.
         config: `RegistrationConfig`; None: its defaults.
         preprocessing: `PreprocessingConfig`; None: its defaults.
+        pairing: `PairingConfig`; None: its defaults.
+        guess: `GuessConfig`; None: its defaults.
         target_topic, source_topic, guess_topic, truth_topic: names; None: found by type.
         progress: wraps the iteration over `total` messages to show how far it is.
 
@@ -97,12 +106,14 @@ def replay(
     Raises:
         UnreadableRecording, TopicNotFound: there is nothing to replay.
     """
+    guess = guess or GuessConfig()
+    given = target_topic, source_topic, guess_topic, truth_topic
     with open_recording(path) as recording:
-        topics = find_topics(recording, target_topic, source_topic, guess_topic, truth_topic)
+        topics = find_topics(recording, *given, guess_type=guess.type)
         names = [name for name in vars(topics).values() if name]
         total = sum(recording.topics[name].count for name in names)
         warm_up()
-        pass_ = _Pass(topics, Refiner(config, True, preprocessing))
+        pass_ = _Pass(topics, Refiner(config, True, preprocessing), Pairing(pairing, guess))
         for topic, log_time, message in progress(recording.messages(names), total):
             pass_.add(topic, log_time, message)
         return pass_.finished(str(path), recording.warnings)
@@ -115,19 +126,26 @@ def pairs_of(recording, topics):
     """
     pairing = Pairing()
     inputs = _inputs(pairing, topics)
-    for topic, _, message in recording.messages([name for name in inputs if name]):
+    for topic, _, message in recording.messages(list(inputs)):
         yield from inputs[topic](message)
 
 
 def _inputs(pairing, topics):
     """Return what takes the messages of each topic."""
-    if topics.guess is None:
+    if _lacks_guess(pairing, topics):
         pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
-    return {
+    inputs = {
         topics.target: pairing.add_target,
         topics.source: pairing.add_source,
         topics.guess: pairing.add_guess,
+        topics.tf: pairing.add_guess,
+        topics.tf_static: pairing.add_static_transforms,
     }
+    return {topic: add for topic, add in inputs.items() if topic}
+
+
+def _lacks_guess(pairing, topics):
+    return pairing.guess_type in STREAMED and topics.guess is None
 
 
 @dataclass
@@ -136,14 +154,14 @@ class _Pass:
 
     topics: Topics
     refiner: Refiner
-    pairing: Pairing = field(default_factory=Pairing)
+    pairing: Pairing
     results: list = field(default_factory=list)
     refused: list = field(default_factory=list)
     truths: dict = field(default_factory=dict)
     notes: list = field(default_factory=list)
 
     def __post_init__(self):
-        if self.topics.guess is None:
+        if _lacks_guess(self.pairing, self.topics):
             self.notes.append('no guess topic: each source starts from the identity')
         self.inputs = _inputs(self.pairing, self.topics)
 
@@ -159,6 +177,11 @@ class _Pass:
         self.refused.extend(self.pairing.take_refusals())
 
     def finished(self, path, warnings):
+        if self.pairing.jumps:
+            self.notes.append(
+                f'the clock of the recording goes back {self.pairing.jumps} times, the last time '
+                f'by {seconds(self.pairing.last_jump)}; what was buffered then is forgotten'
+            )
         frames = tuple(Frame(*result, self._truth_of(result[1])) for result in self.results)
         return Replay(
             path=path,
@@ -169,6 +192,7 @@ class _Pass:
             unpaired=self.pairing.waiting,
             unpaired_for=self.pairing.waiting_for() if self.pairing.waiting else '',
             notes=(*self.notes, *warnings),
+            unpaired_why=self.pairing.why_it_waits(),
         )
 
     def _truth_of(self, refinement):
@@ -176,7 +200,9 @@ class _Pass:
         if message is None:
             return None
         reason = frame_contradiction(
-            'truth', message, refinement.target_frame, refinement.source_frame
+            'truth',
+            (message.header.frame_id, message.child_frame_id),
+            (refinement.target_frame, refinement.source_frame),
         )
         if not reason:
             try:

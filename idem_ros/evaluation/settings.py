@@ -5,8 +5,10 @@ from dataclasses import dataclass, field, fields
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidConfig
+from idem_ros.guesses import GuessConfig
 from idem_ros.parameters import parameter_name, require_one_of, require_positive
 from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.targets import PairingConfig
 
 IDEM = 'idem'
 METHODS = (IDEM, 'icp', 'plane_icp', 'gicp', 'vgicp')
@@ -26,6 +28,8 @@ class Settings:
 
     config: RegistrationConfig = field(default_factory=RegistrationConfig)
     preprocessing: PreprocessingConfig = field(default_factory=PreprocessingConfig)
+    pairing: PairingConfig = field(default_factory=PairingConfig)
+    guess: GuessConfig = field(default_factory=GuessConfig)
     method: str = IDEM
     """One of `METHODS`."""
     max_distance: float | None = None

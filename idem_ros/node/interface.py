@@ -1,10 +1,12 @@
 """The node's topics and parameters in words: what it declares, and the README's table says."""
 
-from dataclasses import Field, dataclass, fields
+from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.core.config import RegistrationConfig
+from idem_ros.guesses import STREAMED, TF, GuessConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.targets import PairingConfig
 
 
 @dataclass(frozen=True)
@@ -26,9 +28,14 @@ INPUTS = {
     'initial_guess': Topic(
         '~/initial_guess',
         'geometry_msgs/msg/TransformStamped',
-        'where the source frame (child) is in the target frame, with the stamp of a source; '
-        'stamp 0 serves every source',
+        'where the source frame (child) is in the target frame, with the stamp of a source, or '
+        'before and after it; stamp 0 serves every source. As initial_guess.type says it may be a '
+        'PoseWithCovarianceStamped or an Odometry',
     ),
+}
+TF_INPUTS = {
+    'tf': Topic('/tf', TF, 'with initial_guess.type tf: transforms that change'),
+    'tf_static': Topic('/tf_static', TF, 'with initial_guess.type tf: transforms that do not'),
 }
 OUTPUTS = {
     'transform': Topic(
@@ -45,7 +52,21 @@ OUTPUTS = {
         'what was refused and why; what the node waits for',
     ),
 }
-CONFIGS = (RegistrationConfig, PreprocessingConfig, SubscriptionConfig)
+CONFIGS = (
+    RegistrationConfig,
+    PreprocessingConfig,
+    PairingConfig,
+    GuessConfig,
+    SubscriptionConfig,
+)
+
+
+def inputs_with(guess_type: str) -> dict[str, Topic]:
+    """Return the topics that a node listens to whose guesses come so, see `GuessConfig`."""
+    inputs = {name: topic for name, topic in INPUTS.items() if name != 'initial_guess'}
+    if guess_type in STREAMED:
+        inputs['initial_guess'] = replace(INPUTS['initial_guess'], msgtype=STREAMED[guess_type])
+    return {**inputs, **(TF_INPUTS if guess_type == 'tf' else {})}
 
 
 def parameter_fields() -> list[Field]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.guesses import STREAMED, TF
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 
 MSGTYPES = {
@@ -25,31 +26,52 @@ class TopicNotFound(IdemError):
 
 @dataclass(frozen=True)
 class Topics:
-    """The topics of a recording by role; None where it has no guess or no truth."""
+    """The topics of a recording by role; None where it has none, or none is asked for."""
 
     target: str
     source: str
     guess: str | None
     truth: str | None
+    tf: str | None = None
+    tf_static: str | None = None
 
 
-def find_topics(recording, target=None, source=None, guess=None, truth=None):
+def find_topics(
+    recording, target=None, source=None, guess=None, truth=None, *, guess_type='transform'
+):
     """Find the topics to replay; what is given by name is only checked.
+
+    Args:
+        recording: an open `Recording`.
+        target, source, guess, truth: names; None: found by type and name.
+        guess_type: of `GuessConfig`. A recording may lack transforms to start from, not what else
+            is asked for.
 
     Raises:
         TopicNotFound: a name that the recording lacks or that has another type, no cloud topic,
             or several topics of which nothing says which is meant.
     """
     given = {'target': target, 'source': source, 'initial_guess': guess, 'ground_truth': truth}
-    found = {role: _named(recording, role, name) for role, name in given.items() if name}
-    for role, msgtype in MSGTYPES.items():
+    msgtypes = {**MSGTYPES, 'initial_guess': STREAMED.get(guess_type)}
+    if guess and guess_type not in STREAMED:
+        raise TopicNotFound(
+            f'{guess!r} is given for the guess, but of type {guess_type!r} it comes from no such '
+            f'topic; it does of type {", ".join(STREAMED)}'
+        )
+    found = {
+        role: _named(recording, role, name, msgtypes[role]) for role, name in given.items() if name
+    }
+    for role, msgtype in msgtypes.items():
         if role in found:
             continue
-        if msgtype == CLOUD:
+        if msgtype is None:
+            found[role] = None
+        elif msgtype != TRANSFORM:
             found[role] = find_topic(recording, msgtype, role, taken=found.values())
         else:
             found[role] = _find_optional(recording, msgtype, role, taken=found.values())
-    return Topics(*(found[role] for role in MSGTYPES))
+    tf = _find_tf(recording) if guess_type == 'tf' else {}
+    return Topics(*(found[role] for role in MSGTYPES), **tf)
 
 
 def find_topic(recording, msgtype, role, given=None, taken=()):
@@ -68,7 +90,7 @@ def find_topic(recording, msgtype, role, given=None, taken=()):
         TopicNotFound: there is none, or the choice is open; the message lists the candidates.
     """
     if given:
-        return _named(recording, role, given)
+        return _named(recording, role, given, msgtype)
     candidates = _candidates(recording, msgtype, role, taken)
     conventional = [name for name in candidates if name.endswith(role)]
     for names in (conventional, candidates):
@@ -105,20 +127,31 @@ def _candidates(recording, msgtype, role, taken):
     ]
 
 
-def _named(recording, role, given):
+def _find_tf(recording):
+    names = [name for name, topic in recording.topics.items() if topic.msgtype == TF]
+    if not names:
+        raise TopicNotFound(f'{recording.path} has no topic of type {TF} to take the guess from')
+    found = {}
+    for role in ('tf', 'tf_static'):
+        ending = [name for name in names if name.rpartition('/')[2] == role]
+        if len(ending) > 1:
+            raise TopicNotFound(f'{recording.path} has several topics {", ".join(ending)}')
+        found[role] = ending[0] if ending else None
+    return found
+
+
+def _named(recording, role, given, msgtype):
     for name, topic in recording.topics.items():
         if name.lstrip('/') != given.lstrip('/'):
             continue
-        if topic.msgtype != MSGTYPES[role]:
+        if topic.msgtype != msgtype:
             raise TopicNotFound(
                 f'{recording.path}: topic {name} is of type {topic.msgtype}; '
-                f'the {role} must be {MSGTYPES[role]}'
+                f'the {role} must be {msgtype}'
             )
         return name
-    candidates = [
-        name for name, topic in recording.topics.items() if topic.msgtype == MSGTYPES[role]
-    ]
+    candidates = [name for name, topic in recording.topics.items() if topic.msgtype == msgtype]
     raise TopicNotFound(
         f'{recording.path} has no topic {given!r}; '
-        f'of type {MSGTYPES[role]} it has: {", ".join(candidates) or "none"}'
+        f'of type {msgtype} it has: {", ".join(candidates) or "none"}'
     )

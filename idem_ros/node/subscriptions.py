@@ -1,0 +1,72 @@
+"""The node's inputs as subscriptions, with the quality of service that each needs."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+
+from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.node.interface import TF_INPUTS, inputs_with
+from idem_ros.node.messages import message_class
+from idem_ros.node.subscription_config import SubscriptionConfig
+
+TF_DEPTH = 100  # as tf2 has it
+
+
+def subscribe(
+    node: Node,
+    config: SubscriptionConfig,
+    guess_type: str,
+    callbacks: dict[str, Callable[[Any], None]],
+) -> dict[str, Subscription]:
+    """Subscribe to the inputs that a type of guess asks for.
+
+    Args:
+        node: listens.
+        config: reliability and depth.
+        guess_type: of `GuessConfig`.
+        callbacks: {input: takes its messages}.
+
+    Returns:
+        {input: subscription}
+
+    Raises:
+        InvalidConfig: the messages of the guess are not installed.
+    """
+    topics = inputs_with(guess_type)
+    classes = {name: _class_of(topic.msgtype, guess_type) for name, topic in topics.items()}
+    return {
+        name: node.create_subscription(
+            classes[name], topic.name, callbacks[name], _quality(name, config)
+        )
+        for name, topic in topics.items()
+    }
+
+
+def _class_of(msgtype: str, guess_type: str) -> type:
+    try:
+        return message_class(msgtype)
+    except ImportError as error:
+        package = msgtype.partition('/')[0]
+        raise InvalidConfig(
+            f'initial_guess.type is {guess_type!r}, which needs the ROS package {package}, and it '
+            f'is not installed: apt install ros-jazzy-{package.replace("_", "-")} (PyPI has no '
+            'wheel of it), or choose another type'
+        ) from error
+
+
+def _quality(name: str, config: SubscriptionConfig) -> QoSProfile:
+    latched = QoSProfile(  # DDS sends what was published before reliably only
+        depth=TF_DEPTH if name in TF_INPUTS else config.depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+    if name == 'tf_static' or (name == 'target' and config.target_durability == 'transient_local'):
+        return latched
+    if name in TF_INPUTS:
+        return QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)
+    return QoSProfile(
+        depth=config.depth, reliability=ReliabilityPolicy[config.reliability.upper()]
+    )
