@@ -24,6 +24,13 @@ def canvas(rows, columns, height, width=WIDTH, **arguments):
     return plt.subplots(rows, columns, squeeze=False, **size, **arguments)
 
 
+def title_of(figure):
+    """Return 'Figure N', N the label in the paper's source: from 15 on, one more than printed."""
+    if figure.printed == figure.number:
+        return f'Figure {figure.number}'
+    return f"Figure {figure.number} (its label in the paper's source; {figure.printed} in print)"
+
+
 def axis_label(name, unit):
     """Return a label such as 'shift along X [mm]' or 'turn about Z [deg]'."""
     return (

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.experiments.conditions import make_case
-from idem_ros.experiments.drawing import SOURCE, TARGET, canvas
+from idem_ros.experiments.drawing import SOURCE, TARGET, canvas, title_of
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 
 HEADER = ('panel', 'cloud', 'x', 'y', 'z')
@@ -130,9 +130,8 @@ def _legend(drawn, place):
 
 
 def _page(figure, context, cases):
-    printed = '' if figure.printed == figure.number else f', printed as {figure.printed}'
     lines = [
-        f"# Figure {figure.number} (the label in the paper's source{printed}): the clouds",
+        f'# {title_of(figure)}: the clouds',
         '',
         context.model.note
         if cases[0].unit == 'mm'

@@ -79,10 +79,10 @@ def run(figure, context):
 
 
 def _reach(figure, case):
-    """Along X until the clouds are apart at a = 4; around Z half a turn."""
+    """Along X until the clouds are apart at a = 16; around Z half a turn."""
     if figure.axis == 'rz':
         return 180.0
-    apart = np.ptp(case.target[:, 0]) + 4 * search_radius(case.target, case.source)
+    apart = np.ptp(case.target[:, 0]) + 16 * search_radius(case.target, case.source)
     return float(np.ceil(apart / 10) * 10)
 
 

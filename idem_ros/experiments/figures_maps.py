@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from idem_ros.benchmarks.markdown import table
 from idem_ros.experiments.conditions import make_case
-from idem_ros.experiments.drawing import canvas, draw_map, legend_of_marks
+from idem_ros.experiments.drawing import canvas, draw_map, legend_of_marks, title_of
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.experiments.maps import (
     MAP_HEADER,
@@ -146,11 +146,10 @@ def _names(case):
 
 
 def _page(figure, context, case, landscape, lettered):
-    printed = '' if figure.printed == figure.number else f', printed as {figure.printed}'
     papers = [error for row in figure.rows for error in row.paper]
     header = ('panel', 'value', 'error, paper', 'error, here', 'minimum at', 'step')
     lines = [
-        f"# Figure {figure.number} (the label in the paper's source{printed}): {case.name}",
+        f'# {title_of(figure)}: {case.name}',
         '',
         context.model.note if case.unit == 'mm' else f'The scan is simulated: {case.description}.',
         '',
@@ -166,8 +165,9 @@ def _page(figure, context, case, landscape, lettered):
             [_cells(letter, one, of) for (letter, one), of in zip(lettered, papers, strict=True)],
             left=2,
         ),
-        *(_of_region(letter, one) for letter, one in lettered if one.region is not None),
+        _verdict(lettered, papers),
         '',
+        *(_of_region(letter, one) for letter, one in lettered if one.region is not None),
         f'![figure {figure.number}](figure{figure.number}.png)',
     ]
     return '\n'.join(lines)
@@ -182,13 +182,30 @@ def _cells(letter, shown, paper):
     return f'({letter})', what, said, f'{shown.error:.3g} {shown.unit}', at, step
 
 
+def _verdict(lettered, papers):
+    """Say whether the errors that are zero are the paper's."""
+    here = [shown.error > 0 for _, shown in lettered]
+    differ = [
+        f'({letter})'
+        for (letter, _), ours, paper in zip(lettered, here, papers, strict=True)
+        if ours != (paper != 0)
+    ]
+    if not differ:
+        return 'The errors that are zero are those of the paper, and no others.'
+    return (
+        f'Which errors are zero is not as in the paper in {", ".join(differ)}. The clouds are not '
+        "the paper's own: the model, the random draws and the crops differ, and the step limits "
+        'what can be seen.'
+    )
+
+
 def _of_region(letter, shown):
     region = shown.region
     found = (
-        f'\n({letter}) The region of interest (white line) covers {region.measure:.3g} '
+        f'({letter}) The region of interest (white line) covers {region.measure:.3g} '
         f'{shown.unit}²; the crown around it is {region.lowest_pass:.4g} nat at its lowest, '
         f'q_IDEM (Eq. 14) is {region.q_idem:.4g} nat.'
     )
     if region.closed:
-        return found
-    return f'{found} It reaches the edge of the map (dashed): the area is a lower bound.'
+        return f'{found}\n'
+    return f'{found} It reaches the edge of the map (dashed): the area is a lower bound.\n'

@@ -21,6 +21,7 @@ from idem_ros.experiments.drawing import (
     legend_of_marks,
     planes_in_space,
     skin_of,
+    title_of,
 )
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.experiments.maps import landscape_of, q_map, symmetric_range
@@ -184,10 +185,9 @@ def _faces(volume):
 
 
 def _page(figure, context, case, along_axes: AxialRegion, volumes):
-    printed = '' if figure.printed == figure.number else f', printed as {figure.printed}'
     header = ('axis', 'maximum below', 'above', 'q_tot there', '')
     lines = [
-        f"# Figure {figure.number} (the label in the paper's source{printed}): {case.name}",
+        f'# {title_of(figure)}: {case.name}',
         '',
         context.model.note,
         '',
