@@ -170,3 +170,22 @@ def test_bad_input_gets_one_line_and_leaves_old_outputs(folder, rng, capsys):
         assert captured.err.count('\n') == 1
         assert words in captured.err
         assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+def test_points_left_out_and_guesses_are_chosen_as_in_the_node(folder, capsys):
+    argv = ['replay', 'scans.mcap', '--initial-guess-type', 'identity', '--max-points', '300']
+    assert main([*argv, '--json', '-']) == 0
+    captured = capsys.readouterr()
+    record = json.loads(captured.out)
+    for frame in record['frames']:
+        assert frame['T_guess'] == np.eye(4).tolist()
+        assert (frame['points_source'], frame['thinned']) == (300, 200)
+    assert 'points left out for max_points: 600' in captured.err
+    assert 'no guess topic' not in captured.err
+
+
+def test_a_guess_that_the_recording_lacks_is_an_error_of_one_line(folder, capsys):
+    assert main(['replay', 'scans.mcap', '--initial-guess-type', 'odometry']) == 1
+    error = capsys.readouterr().err
+    assert error.startswith('idem: error: scans.mcap has no Odometry topic left')
+    assert error.count('\n') == 1

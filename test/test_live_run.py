@@ -16,9 +16,12 @@ from idem_ros.evaluation.replay import replay
 from idem_ros.node import live_run
 from idem_ros.node.live_run import NodeFailed, refine_live
 from idem_ros.node.loopback import loopback_environment
+from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
+from idem_ros.transform_message import matrix_of, stamp_ns
 
 PATIENCE = 120.0  # a scan that needs it fails; none that passes does
 
@@ -36,9 +39,9 @@ def bag(tmp_path, rng):
     return path
 
 
-def live_scans(path, parameters=None, **options):
+def live_scans(path, parameters=None, guess_type='transform', **options):
     with open_recording(path) as recording:
-        topics = find_topics(recording)
+        topics = find_topics(recording, guess_type=guess_type)
         return list(
             refine_live(recording, topics, parameters, rate=100.0, patience=PATIENCE, **options)
         )
@@ -62,6 +65,34 @@ def assert_live_equals_replay(path, config):
 
 def test_live_transforms_equal_those_of_replay(bag):
     assert_live_equals_replay(bag, RegistrationConfig(voxel_size=0.05, radius_schedule=(2.0, 1.0)))
+
+
+def test_live_and_replay_interpolate_guesses_and_leave_points_out_alike(tmp_path, rng):
+    messages = []
+    for topic, log_time, message in scans(rng):
+        if topic != '/initial_guess':
+            messages.append((topic, log_time, message))
+            continue
+        for shift in (-20_000_000, 20_000_000):
+            pose = matrix_of(message) @ exp(np.full(6, shift / 1e10))
+            at = stamp_ns(message) + shift
+            near = transform_message(pose, at, 'map', 'lidar')
+            messages.append((topic, log_time + shift, near))
+    path = tmp_path / 'between.mcap'
+    write_mcap(path, sorted(messages, key=lambda logged: logged[1]))
+    limits = {'max_points': 350, 'max_range': 3.0}
+    live = live_scans(path, limits)
+    frames = replay(str(path), preprocessing=PreprocessingConfig(**limits)).frames
+    assert len(frames) == len(live) == 3
+    for scan, frame in zip(live, frames, strict=True):
+        sent = frame.refinement.result.T_target_source
+        np.testing.assert_array_equal(scan.T_target_source, through_message(sent))
+        assert frame.refinement.thinned > 0
+
+
+def through_message(transform):
+    """Return what is left of the last digits of a transform that was sent as a quaternion."""
+    return matrix_of(transform_message(transform, 1, '', ''))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,9 @@ import pytest
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.options import add_config_options, config_from, option_name
 from idem_ros.core import RegistrationConfig
+from idem_ros.guesses import GuessConfig
 from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.targets import PairingConfig
 
 
 def parsed(*argv):
@@ -38,6 +40,22 @@ def test_points_that_take_part_are_chosen_by_options_too():
     )
     with pytest.raises(UsageError, match='max_points is 0'):
         config_from(parser.parse_args(['--max-points', '0']), PreprocessingConfig)
+
+
+def test_guesses_and_pairing_are_chosen_by_options_too():
+    parser = ArgumentParser()
+    for config_type in (PairingConfig, GuessConfig):
+        add_config_options(parser, config_type=config_type)
+    args = parser.parse_args([])
+    assert config_from(args, PairingConfig) == PairingConfig()
+    assert config_from(args, GuessConfig) == GuessConfig()
+    argv = ['--pairing', 'nearest', '--pairing-tolerance', '0.2']
+    argv += ['--initial-guess-type', 'odometry', '--initial-guess-max-age', 'none']
+    args = parser.parse_args([*argv, '--initial-guess-max-jump', '2'])
+    assert config_from(args, PairingConfig) == PairingConfig('nearest', 0.2)
+    assert config_from(args, GuessConfig) == GuessConfig('odometry', None, 2.0)
+    with pytest.raises(UsageError, match='initial_guess.max_jump is 0.0'):
+        config_from(parser.parse_args(['--initial-guess-max-jump', '0']), GuessConfig)
 
 
 def test_options_reach_the_fields_of_their_names():
