@@ -86,3 +86,30 @@ def entropy_of_moments(positions, counts, within, scale, noise):
     sigma = (deviations.T @ (counts[:, None] * deviations) + within) / counts.sum()
     det = np.linalg.det(sigma + noise * np.eye(3)) / scale**6
     return 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * det)
+
+
+def hold(target, source, radius, pivot, arm):
+    """How firmly surfaces hold motions: eigenvalues of the mean of j_A j_B^T; how many balls."""
+    products = []
+    for centre in np.concatenate([target, source]):
+        sides = [plane_of(ball(cloud, centre, radius)) for cloud in (target, source)]
+        if None in sides:
+            continue
+        (xa, na), (xb, nb) = sides
+        nb = nb if na @ nb >= 0 else -nb
+        ja, jb = (np.r_[np.cross(x - pivot, n) / arm, n] for x, n in ((xa, na), (xb, nb)))
+        products.append(np.outer(ja, jb))
+    mean = np.mean(products, axis=0)
+    return np.linalg.eigvalsh((mean + mean.T) / 2), len(products)
+
+
+def plane_of(members):
+    """Mean and normal of a flat ball's members; None where they are few, or not flat."""
+    if len(members) < 5:
+        return None
+    covariance = np.cov(members.T, bias=True)
+    spread, axes = np.linalg.eigh(covariance)
+    minors = spread[0] * spread[1] + spread[0] * spread[2] + spread[1] * spread[2]
+    if not 4.0 * np.prod(spread) * spread.sum() < minors**2:
+        return None
+    return members.mean(axis=0), axes[:, 0]

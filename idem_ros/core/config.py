@@ -6,10 +6,12 @@ from dataclasses import dataclass, field, fields
 from idem_ros.core.exceptions import InvalidConfig
 
 LENGTH_SCALES = ('radius', 'none')
+FREE_MOTIONS = ('guess', 'solve')
 
 
-def _parameter(default, description, unit=''):
-    return field(default=default, metadata={'description': description, 'unit': unit})
+def _parameter(default, description, unit='', choices=None):
+    metadata = {'description': description, 'unit': unit}
+    return field(default=default, metadata=metadata | ({'choices': choices} if choices else {}))
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class RegistrationConfig:
     length_scale: str = _parameter(
         'radius',
         'unit of length of the entropy: "radius" (dimensionless) or "none" (as given, the paper)',
+        choices=LENGTH_SCALES,
     )
     max_iterations: int = _parameter(50, 'most steps of one stage')
     threads: int = _parameter(1, 'threads of one registration; its result is the same for any')
@@ -39,6 +42,12 @@ class RegistrationConfig:
     )
     translation_tolerance: float = _parameter(
         1e-4, 'a stage has converged when a step moves by less than this multiple of the radius'
+    )
+    free_motions: str = _parameter(
+        'guess',
+        'motions that no surface holds (along a corridor, about a pole): "guess" leaves them as '
+        'the initial guess has them, "solve" follows what little the points say',
+        choices=FREE_MOTIONS,
     )
 
     def __post_init__(self):
@@ -50,10 +59,8 @@ class RegistrationConfig:
             raise InvalidConfig('radius_schedule is empty; give at least one stage, e.g. (1.0,)')
         for factor in self.radius_schedule:
             _require_positive('radius_schedule', factor)
-        if self.length_scale not in LENGTH_SCALES:
-            raise InvalidConfig(
-                f'length_scale is {self.length_scale!r}; it must be one of {LENGTH_SCALES}'
-            )
+        _require_one_of('length_scale', self.length_scale, LENGTH_SCALES)
+        _require_one_of('free_motions', self.free_motions, FREE_MOTIONS)
         _require_count('max_iterations', self.max_iterations)
         _require_count('threads', self.threads)
         _require_positive('rotation_tolerance', self.rotation_tolerance)
@@ -69,6 +76,11 @@ def _require_positive(name, value):
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not (is_number and math.isfinite(value) and value > 0):
         raise InvalidConfig(f'{name} is {value!r}; it must be a finite number above 0')
+
+
+def _require_one_of(name, value, choices):
+    if value not in choices:
+        raise InvalidConfig(f'{name} is {value!r}; it must be one of {choices}')
 
 
 def _require_count(name, value):

@@ -46,7 +46,7 @@ class JointEntropy:
 
         Each a pair of arrays in the order of the cloud's points.
         """
-        pairs = self._pairs_at(T_target_source)
+        pairs = self.pairs_at(T_target_source)
         T_source_target = se3.inverse(T_target_source)
         return (
             self._differences(self.target, self.source, pairs.of_target, T_target_source),
@@ -55,7 +55,7 @@ class JointEntropy:
 
     def linearize(self, T_target_source):
         """Return gradient (6,) and Gauss-Newton matrix (6, 6) for a twist on the left."""
-        pairs = self._pairs_at(T_target_source)
+        pairs = self.pairs_at(T_target_source)
         T_source_target = se3.inverse(T_target_source)
         of_target = self._blocks(self.target, self.source, pairs.of_target, T_target_source)
         of_source = self._blocks(self.source, self.target, pairs.of_source, T_source_target)
@@ -66,7 +66,8 @@ class JointEntropy:
         back = se3.adjoint(T_source_target)
         return here[0] - back.T @ there[0], here[1] + back.T @ there[1] @ back
 
-    def _pairs_at(self, T_target_source):
+    def pairs_at(self, T_target_source):
+        """Return the `CandidatePairs` near a transform, enumerated again where it has moved."""
         if self.pairs is None or not still_hold(self.pairs, T_target_source, self.skin):
             self.pairs = candidate_pairs(
                 self.target.grid, self.source.grid, T_target_source, self.reach, self.threads

@@ -1,8 +1,9 @@
 """Register two clouds by minimising q_tot: the algorithm on one page."""
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import Cloud, as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.constraint import hold_of
 from idem_ros.core.joint_entropy import (
     JointEntropy,
     between_origins,
@@ -19,12 +21,13 @@ from idem_ros.core.joint_entropy import (
 from idem_ros.core.metric import overlap_of
 from idem_ros.core.noise import widening
 from idem_ros.core.radii import rounded, stage_radii, widest_useful
-from idem_ros.core.solver import minimize_on_se3
+from idem_ros.core.solver import Solution, minimize_on_se3
 
 EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
 CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
 FINE = 0.25  # of the radius
 SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hold ten or so
+ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
 LEAST_POINTS = 5  # a point and its four neighbours
 
 
@@ -50,6 +53,8 @@ class RegistrationResult:
     overlap: float  # fraction of the points that have one, of both clouds
     radius: float  # search radius of the last stage, in the clouds' unit
     information: np.ndarray  # (6, 6), x y z rx ry rz: a motion of the source in the target frame
+    # (k, 6), likewise: motions that no surface holds
+    free_motions: np.ndarray = field(default_factory=lambda: np.empty((0, 6)))
 
     @property
     def converged(self):
@@ -87,8 +92,24 @@ def register(target, source, T_target_source=None, config=None):
     if config.voxel_size is None:
         finest = [_uncrowded(cloud, radii[-1]) for cloud in finest]
     radii[-1] = _widened(*finest, radii[-1], config)
+    finest, T = tuple(finest), between_origins(target, source, T)
+    descent = _descend(finest, is_ours, radii, T, config)
+    hold = hold_of(descent.joint, descent.solution.transform)
+    if config.free_motions == 'guess' and hold.free.any():
+        motions = hold.motions[:, ~hold.free]
+        descent = _descend(finest, is_ours, radii, T, config, motions, descent.iterations)
+    return _result(target, source, descent, hold)
+
+
+class _Descent(NamedTuple):
+    joint: JointEntropy  # of the last stage
+    solution: Solution
+    iterations: int
+
+
+def _descend(finest, is_ours, radii, T, config, motions=None, iterations=0):
+    """Minimise from T through the stages; motions (6, k): those allowed."""
     widest = widest_useful(*finest)
-    T, iterations = between_origins(target, source, T), 0
     for stage, (radius, factor) in enumerate(zip(radii, config.radius_schedule, strict=True), 1):
         last = stage == len(radii)
         if radius > widest and not last:
@@ -98,11 +119,12 @@ def register(target, source, T_target_source=None, config=None):
         joint = JointEntropy(
             *clouds, radius, config.length_scale, threads=config.threads, slide=last
         )
-        solution = minimize_on_se3(joint.linearize, T, **_termination(config, radius, last))
+        termination = _termination(config, radius, last)
+        solution = minimize_on_se3(joint.linearize, T, **termination, motions=motions)
         T, iterations = solution.transform, iterations + solution.iterations
         for cloud in itertools.compress(finest, is_ours):
             cloud.forget_reduced()
-    return _result(target, source, joint, solution, iterations)
+    return _Descent(joint, solution, iterations)
 
 
 def _reduced(clouds, voxel_size, threads):
@@ -133,13 +155,14 @@ def _termination(config, radius, last):
     }
 
 
-def _result(target, source, joint, solution, iterations):
+def _result(target, source, descent, hold):
+    joint, solution, iterations = descent
     (q_target, reach_target), (q_source, reach_source) = joint.per_point(solution.transform)
     q = float(q_target.sum() + q_source.sum())
     within, overlap = overlap_of(reach_target, reach_source)
     if within == 0:
         status = Status.NO_OVERLAP
-    elif solution.free:
+    elif solution.free or hold.free.any():
         status = Status.DEGENERATE
     else:
         status = Status.CONVERGED if solution.converged else Status.MAX_ITERATIONS
@@ -152,17 +175,21 @@ def _result(target, source, joint, solution, iterations):
         overlap=overlap,
         radius=joint.radius,
         information=_in_ros_order(solution.matrix, target.origin),
+        free_motions=_free_motions(hold, target.origin),
     )
 
 
 def _in_ros_order(matrix, origin):
     """Move the matrix from the target's origin to its frame, and put the translation first."""
-    to_origin = np.eye(4)
-    to_origin[:3, 3] = -origin
-    moved = se3.adjoint(to_origin).T @ matrix @ se3.adjoint(to_origin)
-    order = [3, 4, 5, 0, 1, 2]
-    return moved[np.ix_(order, order)]
+    to_origin = se3.adjoint(se3.translation(-origin))
+    return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]
+
+
+def _free_motions(hold, origin):
+    """Return (k, 6) motions in the target's frame, the translation first."""
+    from_origin = se3.adjoint(se3.translation(origin))
+    return (from_origin @ hold.motions[:, hold.free]).T[:, ROS_ORDER]
 
 
 def _without_solution(T, status):
-    return RegistrationResult(T, status, 0, 0.0, 0.0, 0.0, 0.0, np.zeros((6, 6)))
+    return RegistrationResult(T, status, 0, 0.0, 0.0, 0.0, 0.0, np.zeros((6, 6)), np.empty((0, 6)))

@@ -56,6 +56,13 @@ def transform_points(transform, points):
     return points @ transform[:3, :3].T + transform[:3, 3]
 
 
+def translation(t):
+    """Return the (4, 4) motion by t, (3,)."""
+    result = np.eye(4)
+    result[:3, 3] = t
+    return result
+
+
 def exp(twist):
     """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
     omega, v = twist[:3], twist[3:]

@@ -24,7 +24,9 @@ class Solution(NamedTuple):
     free: int  # directions without stiffness, left as they were
 
 
-def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, distance_tolerance):
+def minimize_on_se3(
+    linearize, transform, max_iterations, rotation_tolerance, distance_tolerance, motions=None
+):
     """Follow over-relaxed Gauss-Newton steps until one is short in rotation and translation.
 
     Args:
@@ -33,11 +35,12 @@ def minimize_on_se3(linearize, transform, max_iterations, rotation_tolerance, di
         max_iterations: most steps.
         rotation_tolerance: [rad].
         distance_tolerance: in the unit of the translation.
+        motions: (6, k) twists that steps are made of; None: any.
     """
     relaxation, last = FIRST_RELAXATION, None
     for iteration in range(1, max_iterations + 1):
         gradient, matrix = linearize(transform)
-        step, free = _solve(matrix, gradient)
+        step, free = _step(matrix, gradient, motions)
         if last is not None:
             secant = _secant(relaxation, last, step, matrix)
             relaxation = secant if iteration <= PATIENCE else min(secant, relaxation)
@@ -63,6 +66,13 @@ def _secant(relaxation, last, step, matrix):
     return relaxation * shrinking / curvature
 
 
+def _step(matrix, gradient, motions):
+    if motions is None:
+        return _solve(matrix, gradient)
+    along, free = _solve(motions.T @ matrix @ motions, motions.T @ gradient)
+    return motions @ along, free
+
+
 def _solve(matrix, gradient):
     """Return the step down, and the number of directions too loose for one.
 
@@ -73,4 +83,4 @@ def _solve(matrix, gradient):
     stiffness, axes = np.linalg.eigh(matrix * np.outer(scale, scale))
     firm = stiffness > LEAST_STIFFNESS * max(stiffness[-1], 0.0)
     along = axes.T @ (scale * gradient)
-    return -scale * (axes[:, firm] @ (along[firm] / stiffness[firm])), int(6 - firm.sum())
+    return -scale * (axes[:, firm] @ (along[firm] / stiffness[firm])), int(len(firm) - firm.sum())

@@ -1,0 +1,85 @@
+import naive
+import numpy as np
+import pytest
+from clouds import surface
+
+from idem_ros.benchmarks.bare_scenes import BARE_SCENES, bare_case
+from idem_ros.benchmarks.case import displaced
+from idem_ros.core import Cloud, RegistrationConfig, Status, register, se3
+from idem_ros.core.constraint import _normal, hold_of, unit_motions
+from idem_ros.core.joint_entropy import JointEntropy
+
+TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
+
+
+def refined(case, **parameters):
+    guess = displaced(case.truth, case.centroid, 1.0, 0.05, np.random.default_rng(0))
+    config = RegistrationConfig(voxel_size=case.voxel_size, **parameters)
+    return guess, register(case.target, case.source, guess, config)
+
+
+def left_twist(T, truth):
+    """The motion (v, omega) from the truth to T, both small, in the target frame."""
+    off = T @ se3.inverse(truth)
+    return np.r_[off[:3, 3], off[2, 1], off[0, 2], off[1, 0]]
+
+
+@pytest.mark.parametrize('voxel_size', [None, 0.15])
+@pytest.mark.parametrize('name', BARE_SCENES)
+def test_the_motions_that_a_scene_leaves_free_are_found(name, voxel_size):
+    _, free = BARE_SCENES[name]
+    _, result = refined(bare_case(name, 0, voxel_size))
+    assert len(result.free_motions) == len(free)
+    for motion in np.array(free).reshape(-1, 6)[:, TRANSLATION_FIRST]:
+        along, *_ = np.linalg.lstsq(result.free_motions.T, motion, rcond=None)
+        np.testing.assert_allclose(result.free_motions.T @ along, motion, atol=0.05)
+    assert (result.status is Status.DEGENERATE) == bool(free)
+
+
+def test_free_motions_stay_as_guessed_and_the_others_are_refined():
+    case = bare_case('corridor', 1, 0.15)
+    guess, kept = refined(case)
+    before, after = (left_twist(T, case.truth) for T in (guess, kept.T_target_source))
+    assert after[0] == pytest.approx(before[0], abs=0.006)  # along x
+    assert np.abs(after[1:3]).max() < 2e-3 < 0.02 < np.abs(before[1:3]).max()
+    assert np.abs(after[3:]).max() < 1e-3
+    _, solved = refined(case, free_motions='solve')
+    assert len(solved.free_motions) == 1
+    assert abs(left_twist(solved.T_target_source, case.truth)[0] - before[0]) > 0.012
+
+
+def test_a_scene_that_holds_every_motion_leaves_none(rng):
+    points = surface(rng, 4000)
+    result = register(points, surface(rng, 4000))
+    assert result.status is Status.CONVERGED
+    assert result.free_motions.shape == (0, 6)
+
+
+def test_strengths_are_those_of_the_equations(rng):
+    target, source = Cloud(surface(rng, 900)), Cloud(surface(rng, 700))
+    T, radius = se3.exp(0.01 * rng.normal(size=6)), 0.3
+    hold = hold_of(JointEntropy(target, source, radius, 'radius'), T)
+    moved = se3.transform_points(T, source.points)
+    strength, balls = naive.hold(target.points, moved, radius, hold.pivot, hold.arm)
+    assert hold.balls == balls > 500
+    np.testing.assert_allclose(hold.strength, strength, rtol=1e-6)
+
+
+def test_unit_motions_move_points_at_the_arm_by_one(rng):
+    pivot, arm = rng.normal(size=3), 5.0
+    at = pivot + [0, arm, 0]
+    for turn in (0, 2):
+        twist = unit_motions(pivot, arm)[:, turn]
+        moved = np.cross(twist[:3], at) + twist[3:]
+        assert np.linalg.norm(moved) == pytest.approx(1.0)
+
+
+def test_the_normal_is_the_axis_of_least_spread_and_no_other(rng):
+    for spread in ((4.0, 3.0, 0.1), (9.0, 0.5, 0.001)):
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        s = axes @ np.diag(spread) @ axes.T
+        flat, normal = _normal((s[0, 0], s[0, 1], s[0, 2], s[1, 1], s[1, 2], s[2, 2]))
+        assert flat
+        assert abs(np.dot(normal, axes[:, 2])) == pytest.approx(1.0, abs=1e-9)
+    assert not _normal((4.0, 0.0, 0.0, 0.1, 0.0, 0.09))[0]  # a line has no normal
+    assert not _normal((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
