@@ -47,12 +47,24 @@ class Refinement:
 
 
 @dataclass(frozen=True)
-class _Input:
+class PreparedCloud:
     """A cloud as it was read, what of it takes part, and that prepared."""
 
     read: PointsRead
     preprocessed: Preprocessed
     cloud: Cloud
+
+
+class Idem:
+    """What registers two clouds: IDEM. Others that a `Refiner` takes have the same methods."""
+
+    def register(self, target, source, T_guess, config):
+        """Register two `Cloud`s, see `core.register`."""
+        return register(target, source, T_guess, config)
+
+    def judged(self, result, target, source, config):
+        """Return a result with the figures of the metric in it, outside of the measured time."""
+        return result
 
 
 class Refiner:
@@ -65,10 +77,12 @@ class Refiner:
         config: `RegistrationConfig`; None: its defaults.
         judge_guess: whether q_tot is evaluated at the guess, too.
         preprocessing: `PreprocessingConfig`; None: its defaults.
+        method: what registers, see `Idem`; None: that.
     """
 
-    def __init__(self, config=None, judge_guess=False, preprocessing=None):
+    def __init__(self, config=None, judge_guess=False, preprocessing=None, method=None):
         self._judge_guess = judge_guess
+        self._method = method or Idem()
         self._target_of = self._target = None
         self._last = None, None
         self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
@@ -94,12 +108,12 @@ class Refiner:
         )
         T_guess = self._guess_of(pair, frames)
         target = self._prepared_target(pair.target, preprocessing)
-        source = _prepared('source', pair.source, preprocessing)
-        result = register(target.cloud, source.cloud, T_guess, config)
+        source = prepared('source', pair.source, preprocessing)
+        clouds = target.cloud, source.cloud
+        found = self._method.register(*clouds, T_guess, config)
         time_ms = (perf_counter_ns() - start) / 1e6
-        judged = None
-        if self._judge_guess:
-            judged = _q_tot_at(T_guess, target.cloud, source.cloud, result.radius, config)
+        result = self._method.judged(found, *clouds, config)
+        judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
         if result.converged:
             self._last = (frames, pair.jumps), result.T_target_source
         inputs = target, source
@@ -125,22 +139,33 @@ class Refiner:
         last_of, last = self._last
         return last if last_of == (frames, pair.jumps) else np.eye(4)
 
-    def _prepared_target(self, message, preprocessing) -> _Input:
+    def _prepared_target(self, message, preprocessing) -> PreparedCloud:
         kept_of = self._target_of
         if not kept_of or message is not kept_of[0] or preprocessing != kept_of[1]:
-            self._target = _prepared('target', message, preprocessing)
+            self._target = prepared('target', message, preprocessing)
             self._target_of = message, preprocessing
         return self._target
 
 
-def _prepared(role, message, preprocessing) -> _Input:
+def prepared(role, message, preprocessing) -> PreparedCloud:
+    """Read a PointCloud2 and prepare what of it takes part.
+
+    Args:
+        role: 'target' or 'source', which errors name.
+        message: see `read_points`.
+        preprocessing: `PreprocessingConfig`.
+
+    Raises:
+        IdemError: it cannot be read, or no point takes part.
+    """
     read = _named(role, read_points, message)
     is_target = role == 'target'
     kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
-    return _Input(read, kept, Cloud(kept.points))
+    return PreparedCloud(read, kept, Cloud(kept.points))
 
 
-def _q_tot_at(T_target_source, target, source, radius, config):
+def q_tot_at(T_target_source, target, source, radius, config):
+    """Return q_tot [nat] of two `Cloud`s somewhere, comparable with a result of this radius."""
     if radius == 0.0:  # too few points, or all in one place: nothing was evaluated
         return 0.0
     voxel_size = config.voxel_size

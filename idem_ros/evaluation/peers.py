@@ -8,6 +8,8 @@ from idem_ros.benchmarks.methods import CRITERIA, NEIGHBOURS, small_gicp
 from idem_ros.core import RegistrationResult, Status, register
 from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
 from idem_ros.core.metric import overlap_of
+from idem_ros.evaluation.settings import IDEM
+from idem_ros.refinement import Idem
 
 SPACINGS = 3.0  # max_distance by default, in spacings of the target
 LEAST_POINTS = 5  # a point and its four neighbours: what has no spacing cannot be registered
@@ -21,6 +23,17 @@ class _Matched:
     unit: float
     distance: float
     arguments: tuple
+
+
+def method_of(settings):
+    """Return what registers by `Settings`: `Idem` or a `Peer`.
+
+    Raises:
+        PeersMissing: see `Peer`.
+    """
+    if settings.method == IDEM:
+        return Idem()
+    return Peer(settings.method, settings.max_distance)
 
 
 class Peer:

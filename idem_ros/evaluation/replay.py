@@ -1,95 +1,37 @@
 """Refine every pair of a recording, in log order, by the path that the live node takes."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from idem_ros.core import IdemError, warm_up
-from idem_ros.evaluation.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.core import IdemError, RegistrationConfig, warm_up
+from idem_ros.evaluation.frames import Frame, Replay
+from idem_ros.evaluation.peers import method_of
+from idem_ros.evaluation.selection import Selection
+from idem_ros.evaluation.settings import Settings
+from idem_ros.evaluation.truths import Truths
 from idem_ros.guesses import STREAMED, GuessConfig
-from idem_ros.pairing import Pairing, Refusal, frame_contradiction
+from idem_ros.pairing import Pairing, PairingConfig, Refusal
+from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import Topics, find_topics
-from idem_ros.refinement import Refinement, Refiner
+from idem_ros.refinement import Refiner
 from idem_ros.stamps import seconds
-from idem_ros.transform_message import matrix_of, stamp_ns
+
+Progress = Callable[[Iterable, int], Iterable]
 
 
-@dataclass(frozen=True)
-class PoseError:
-    """How far a pose is from the truth."""
-
-    translation_m: float
-    rotation_deg: float
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One refined source of a recording."""
-
-    log_time: int
-    """Of the message that completed the pair [ns]."""
-    refinement: Refinement
-    truth: NDArray | None
-    """(4, 4), source in target frame; None where the recording has none for this source."""
-
-    def error_before(self):
-        """Return the `PoseError` of the guess, or None without truth."""
-        return self._error_of(self.refinement.T_guess)
-
-    def error_after(self):
-        """Return the `PoseError` of the result, or None without truth."""
-        return self._error_of(self.refinement.result.T_target_source)
-
-    def _error_of(self, transform):
-        if self.truth is None:
-            return None
-        return PoseError(
-            translation_error_m(transform, self.truth), rotation_error_deg(transform, self.truth)
-        )
-
-
-@dataclass(frozen=True)
-class Replay:
-    """What became of a recording's sources; every one of them is counted once."""
-
-    path: str
-    topics: Topics
-    frames: tuple[Frame, ...]
-    refused: tuple[Refusal, ...]
-    """Sources with a reason why they were not refined."""
-    dropped: int
-    """Sources that waited for a target or a guess until newer ones took their place."""
-    unpaired: int
-    """Sources that still waited when the recording ended."""
-    unpaired_for: str
-    """What those waited for."""
-    notes: tuple[str, ...]
-    """What a reader should know of the recording: no guess topic, a missing end."""
-    unpaired_why: str = ''
-    """Why the newest of those that still waited did."""
+def silent(messages, total):
+    """Show nothing of how far an iteration is."""
+    return messages
 
 
 def replay(
-    path,
-    config=None,
-    *,
-    preprocessing=None,
-    pairing=None,
-    guess=None,
-    target_topic=None,
-    source_topic=None,
-    guess_topic=None,
-    truth_topic=None,
-    progress: Callable[[Iterable, int], Iterable] = lambda messages, total: messages,
+    path, config=None, *, preprocessing=None, pairing=None, guess=None, progress=silent, **topics
 ):
-    """Refine every complete pair of a recording; none is dropped for want of time.
-
-    Where the guess is to come as a transform, and there is no such topic, each source starts from
-    the identity.
+    """Refine every complete pair of a recording by IDEM, see `replay_each`.
 
     Args:
         path: a recording, as `open_recording` takes it.
@@ -97,26 +39,61 @@ def replay(
         preprocessing: `PreprocessingConfig`; None: its defaults.
         pairing: `PairingConfig`; None: its defaults.
         guess: `GuessConfig`; None: its defaults.
+        progress, **topics: see `replay_each`.
+
+    Returns:
+        `Replay`
+    """
+    settings = Settings(
+        config or RegistrationConfig(),
+        preprocessing or PreprocessingConfig(),
+        pairing or PairingConfig(),
+        guess or GuessConfig(),
+    )
+    (replayed,) = replay_each(path, [settings], progress=progress, **topics)
+    return replayed
+
+
+def replay_each(
+    path,
+    settings,
+    *,
+    target_topic=None,
+    source_topic=None,
+    guess_topic=None,
+    truth_topic=None,
+    progress: Progress = silent,
+):
+    """Refine every complete pair of a recording in several ways; none is dropped for want of time.
+
+    Where the guess is to come as a transform, and there is no such topic, each source starts from
+    the identity. Ctrl-C ends the replay; what was done is returned, and says so.
+
+    Args:
+        path: a recording, as `open_recording` takes it.
+        settings: [`Settings`]; the first says which sources are refined and how they are paired.
         target_topic, source_topic, guess_topic, truth_topic: names; None: found by type.
         progress: wraps the iteration over `total` messages to show how far it is.
 
     Returns:
-        `Replay`
+        [`Replay`] of each settings, of the same pairs.
 
     Raises:
         UnreadableRecording, TopicNotFound: there is nothing to replay.
+        PeersMissing: small_gicp is asked for and not installed.
     """
-    guess = guess or GuessConfig()
+    first = settings[0]
     given = target_topic, source_topic, guess_topic, truth_topic
+    lanes = [_Lane(each) for each in settings]
     with open_recording(path) as recording:
-        topics = find_topics(recording, *given, guess_type=guess.type)
+        topics = find_topics(recording, *given, guess_type=first.guess.type)
         names = [name for name in vars(topics).values() if name]
         total = sum(recording.topics[name].count for name in names)
         warm_up()
-        pass_ = _Pass(topics, Refiner(config, True, preprocessing), Pairing(pairing, guess))
-        for topic, log_time, message in progress(recording.messages(names), total):
-            pass_.add(topic, log_time, message)
-        return pass_.finished(str(path), recording.warnings)
+        selection = Selection(first, recording.begin)
+        pass_ = _Pass(topics, lanes, Pairing(first.pairing, first.guess), selection)
+        interrupted = pass_.run(progress(recording.messages(names), total))
+        return pass_.finished(str(path), recording.warnings, interrupted)
 
 
 def pairs_of(recording, topics):
@@ -148,67 +125,108 @@ def _lacks_guess(pairing, topics):
     return pairing.guess_type in STREAMED and topics.guess is None
 
 
+class _Lane:
+    """One way to refine the pairs, and what came of it."""
+
+    def __init__(self, settings):
+        method = method_of(settings)
+        self.refiner = Refiner(settings.config, True, settings.preprocessing, method)
+        self.method = settings.method
+        self.results, self.refused = [], []
+
+    def outcome(self, pair):
+        try:
+            return self.refiner.refine(pair)
+        except IdemError as error:
+            return Refusal(pair.stamp, str(error))
+
+    def keep(self, log_time, outcome):
+        if isinstance(outcome, Refusal):
+            self.refused.append(outcome)
+        else:
+            self.results.append((log_time, outcome))
+
+
 @dataclass
 class _Pass:
     """The state of one replay: the truth of a source may come after its result."""
 
     topics: Topics
-    refiner: Refiner
+    lanes: list[_Lane]
     pairing: Pairing
-    results: list = field(default_factory=list)
+    selection: Selection
+    truths: Truths = field(default_factory=Truths)
     refused: list = field(default_factory=list)
-    truths: dict = field(default_factory=dict)
-    notes: list = field(default_factory=list)
+    awaited: set = field(default_factory=set)
+    """Stamps of sources whose truth has not come."""
 
     def __post_init__(self):
-        if _lacks_guess(self.pairing, self.topics):
-            self.notes.append('no guess topic: each source starts from the identity')
         self.inputs = _inputs(self.pairing, self.topics)
 
-    def add(self, topic, log_time, message):
+    def run(self, messages):
+        """Take every message; return whether somebody interrupted it."""
+        try:
+            for topic, log_time, message in messages:
+                if self._is_complete(log_time):
+                    break
+                self._add(topic, log_time, message)
+        except KeyboardInterrupt:
+            return True
+        return False
+
+    def _is_complete(self, log_time):
+        if not self.selection.is_over(log_time) or self.pairing.waiting:
+            return False
+        return not (self.topics.truth and self.awaited)
+
+    def _add(self, topic, log_time, message):
         if topic == self.topics.truth:
-            self.truths[stamp_ns(message)] = message
+            self.awaited.discard(self.truths.add(message))
+            return
+        if topic == self.topics.source and not self.selection.takes(log_time):
             return
         for pair in self.inputs[topic](message):
-            try:
-                self.results.append((log_time, self.refiner.refine(pair)))
-            except IdemError as error:
-                self.refused.append(Refusal(pair.stamp, str(error)))
+            # all of them first: after an interruption each lane has the same pairs
+            outcomes = [lane.outcome(pair) for lane in self.lanes]
+            if pair.stamp not in self.truths:
+                self.awaited.add(pair.stamp)
+            for lane, outcome in zip(self.lanes, outcomes, strict=True):
+                lane.keep(log_time, outcome)
         self.refused.extend(self.pairing.take_refusals())
 
-    def finished(self, path, warnings):
-        if self.pairing.jumps:
-            self.notes.append(
-                f'the clock of the recording goes back {self.pairing.jumps} times, the last time '
-                f'by {seconds(self.pairing.last_jump)}; what was buffered then is forgotten'
-            )
-        frames = tuple(Frame(*result, self._truth_of(result[1])) for result in self.results)
+    def finished(self, path, warnings, interrupted):
+        replays = [self._finished(lane, path, interrupted) for lane in self.lanes]
+        notes = (*self._notes(interrupted), *self.truths.notes, *warnings)
+        return [replace(each, notes=notes) for each in replays]
+
+    def _finished(self, lane, path, interrupted):
         return Replay(
             path=path,
             topics=self.topics,
-            frames=frames,
-            refused=tuple(self.refused),
+            frames=tuple(self._frame(*result) for result in lane.results),
+            refused=(*self.refused, *lane.refused),
             dropped=self.pairing.dropped,
             unpaired=self.pairing.waiting,
             unpaired_for=self.pairing.waiting_for() if self.pairing.waiting else '',
-            notes=(*self.notes, *warnings),
+            notes=(),
             unpaired_why=self.pairing.why_it_waits(),
+            method=lane.method,
+            interrupted=interrupted,
         )
 
-    def _truth_of(self, refinement):
-        message = self.truths.get(refinement.stamp)
-        if message is None:
-            return None
-        reason = frame_contradiction(
-            'truth',
-            (message.header.frame_id, message.child_frame_id),
-            (refinement.target_frame, refinement.source_frame),
-        )
-        if not reason:
-            try:
-                return matrix_of(message)
-            except IdemError as error:
-                reason = f'truth: {error}'
-        if reason not in self.notes:
-            self.notes.append(reason)
-        return None
+    def _frame(self, log_time, refinement):
+        frames = refinement.target_frame, refinement.source_frame
+        return Frame(log_time, refinement, self.truths.at(refinement.stamp, *frames))
+
+    def _notes(self, interrupted):
+        if interrupted:
+            yield 'interrupted: what came later in the recording is not in here'
+        if _lacks_guess(self.pairing, self.topics):
+            yield 'no guess topic: each source starts from the identity'
+        if note := self.selection.note():
+            yield note
+        if self.pairing.jumps:
+            yield (
+                f'the clock of the recording goes back {self.pairing.jumps} times, the last time '
+                f'by {seconds(self.pairing.last_jump)}; what was buffered then is forgotten'
+            )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidConfig
 from idem_ros.guesses import GuessConfig
-from idem_ros.parameters import parameter_name, require_one_of, require_positive
+from idem_ros.parameters import parameter_name, require_count, require_one_of, require_positive
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.targets import PairingConfig
 
@@ -34,8 +34,19 @@ class Settings:
     """One of `METHODS`."""
     max_distance: float | None = None
     """How far the peers of IDEM look for a correspondence [m]; None: see `peers.Peer`."""
+    start: float = 0.0
+    """Sources are refined from here on, after the beginning of the recording [s]."""
+    duration: float | None = None
+    """For so long [s]; None: to the end."""
+    every: int = 1
+    """Of these sources every n-th is refined, beginning with the first."""
 
     def __post_init__(self):
+        if not (math.isfinite(self.start) and self.start >= 0):
+            raise InvalidConfig(f'start is {self.start}; it must be seconds from 0')
+        if self.duration is not None:
+            require_positive('duration', self.duration)
+        require_count('every', self.every)
         require_one_of('method', self.method, METHODS)
         if self.max_distance is not None:
             require_positive('max_distance', self.max_distance)

@@ -16,10 +16,11 @@ def json_record(replayed, made_by=None):
         made_by: how it was made, see `provenance.made_by`; None: it is not said.
 
     Returns:
-        {'bag', 'made_by', 'frames', 'summary'}
+        {'bag', 'method', 'made_by', 'frames', 'summary'}
     """
     return {
         'bag': replayed.path,
+        'method': replayed.method,
         **({} if made_by is None else {'made_by': made_by}),
         'frames': [_frame_record(frame) for frame in replayed.frames],
         'summary': summary(replayed),
@@ -34,6 +35,7 @@ def summary(replayed):
         'refused': len(replayed.refused),
         'dropped': replayed.dropped,
         'unpaired': replayed.unpaired,
+        'interrupted': replayed.interrupted,
         'time_ms': _percentiles([f.refinement.time_ms for f in frames], median=50, p95=95),
         'q_tot': _before_and_after(
             [f.refinement.q_tot_before for f in frames],
@@ -57,7 +59,7 @@ def table(replayed):
         f'{replayed.path}: target {topics.target}, source {topics.source}, '
         f'guess {topics.guess or "none"}, truth {topics.truth or "none"}',
         '',
-        f'{"":24}{"before":>12}{"":12}{"after":>12}',
+        f'{replayed.method:24}{"before":>12}{"":12}{"after":>12}',
         f'{"":24}{"median":>12}{"p90":>12}{"median":>12}{"p90":>12}',
     ]
     if topics.truth:

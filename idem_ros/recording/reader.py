@@ -34,11 +34,13 @@ class Recording:
         path: as given.
         topics: {name: `Topic`}, in order of name.
         warnings: what could not be read, one sentence each; `messages` may add to it.
+        begin: log time of the first message [ns].
     """
 
     path: Path
     topics: dict[str, Topic]
     warnings: list[str] = field(default_factory=list)
+    begin: int = 0
     _parts: tuple = ()
 
     def messages(self, topics):
@@ -75,7 +77,8 @@ def open_recording(path):
         except Exception as error:  # damaged bytes raise anything, from struct.error to KeyError
             # a folder without metadata.yaml, or with one damaged file, opens file by file
             parts = [_open_file(stack, file, error, warnings) for file in files]
-        yield Recording(path, _topics(parts), warnings, tuple(parts))
+        begin = min(part.begin for part in parts)
+        yield Recording(path, _topics(parts), warnings, begin, tuple(parts))
 
 
 def recording_files(path):
@@ -107,6 +110,7 @@ class _IntactPart:
         self._reader = reader
         self.msgtypes = {name: topic.msgtype or '' for name, topic in reader.topics.items()}
         self.counts = {name: topic.msgcount for name, topic in reader.topics.items()}
+        self.begin = reader.start_time
 
     def messages(self, topics):
         connections = [c for c in self._reader.connections if c.topic in topics]

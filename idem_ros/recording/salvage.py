@@ -14,6 +14,7 @@ class SalvagedMcap:
         msgtypes: {topic: type} of what was found.
         counts: {topic: messages that can be read}.
         bytes_read: how far the file could be read.
+        begin: log time of the first message [ns].
     """
 
     def __init__(self, path):
@@ -22,7 +23,9 @@ class SalvagedMcap:
         self.counts = Counter()
         self.bytes_read = 0
         self._typestore = get_typestore(Stores.EMPTY)
-        for schema, channel, _, position in self._records():
+        self.begin = 0
+        for schema, channel, message, position in self._records():
+            self.begin = self.begin if self.counts else message.log_time
             if channel.topic not in self.msgtypes:
                 self.msgtypes[channel.topic] = schema.name
                 self._typestore.register(get_types_from_msg(schema.data.decode(), schema.name))
