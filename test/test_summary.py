@@ -25,7 +25,7 @@ def without_truth(replayed):
 
 def test_the_record_has_what_the_readme_promises(replayed):
     record = json.loads(json.dumps(json_record(replayed), allow_nan=False))
-    assert list(record) == ['bag', 'method', 'frames', 'summary']
+    assert list(record) == ['bag', 'method', 'frames', 'summary', 'notes']
     assert record['bag'] == replayed.path
     frame = record['frames'][0]
     refinement = replayed.frames[0].refinement

@@ -18,6 +18,12 @@ TITLES = {
     GuessConfig: 'initial guesses',
 }
 REPLAYED = tuple(TITLES)
+ROLES = {
+    'target': 'PointCloud2',
+    'source': 'PointCloud2',
+    'guess': 'TransformStamped (or as --initial-guess-type says)',
+    'truth': 'TransformStamped',
+}
 
 
 def add_config_options(parser, without=(), config_type=RegistrationConfig):
@@ -45,6 +51,19 @@ def add_config_options(parser, without=(), config_type=RegistrationConfig):
             choices=choices,
             **option,
         )
+
+
+def add_topic_options(parser):
+    """Add one option for each role that a recording's topic can play."""
+    for role, what in ROLES.items():
+        parser.add_argument(
+            f'--{role}-topic', metavar='NAME', help=f'{what} topic (default: found by type)'
+        )
+
+
+def topics_from(args):
+    """Return {'target_topic': name or None, ...} as `replay` takes them."""
+    return {f'{role}_topic': getattr(args, f'{role}_topic') for role in ROLES}
 
 
 def config_from(args, config_type=RegistrationConfig):

@@ -16,7 +16,7 @@ def json_record(replayed, made_by=None):
         made_by: how it was made, see `provenance.made_by`; None: it is not said.
 
     Returns:
-        {'bag', 'method', 'made_by', 'frames', 'summary'}
+        {'bag', 'method', 'made_by', 'frames', 'summary', 'notes'}
     """
     return {
         'bag': replayed.path,
@@ -24,6 +24,7 @@ def json_record(replayed, made_by=None):
         **({} if made_by is None else {'made_by': made_by}),
         'frames': [_frame_record(frame) for frame in replayed.frames],
         'summary': summary(replayed),
+        'notes': list(replayed.notes),
     }
 
 

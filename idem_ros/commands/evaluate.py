@@ -1,0 +1,161 @@
+"""`idem evaluate`: replay many recordings, side by side, and sum them up."""
+
+import argparse
+import os
+from contextlib import closing
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import DATA, INTERRUPTED, OK, UsageError
+from idem_ros.commands.options import (
+    REPLAYED,
+    add_config_options,
+    add_topic_options,
+    config_from,
+    topics_from,
+)
+
+DESCRIPTION = """\
+Replay every recording in worker processes, as `idem replay` does one of them, and
+print the figures of each and of all together. A FOLDER is searched; a rosbag2
+folder in it counts once. With --out, DIR receives
+
+  NAME.CHECKSUM.json   of each recording, what `idem replay --json` writes
+  summary.json         counts, errors, times: of each recording, and pooled
+  evaluation.json      the settings that all of it was made with
+
+Called again, what is there of the same input (name, size, checksum) and the same
+settings is not done again, so that an interrupted evaluation goes on where it was.
+A DIR of other settings is refused; nothing in it is overwritten but the summary.
+
+A recording that cannot be evaluated is named with the reason, the others go on; so
+is one whose worker was killed three times. With several jobs the milliseconds are
+those of a busy machine: take --jobs 1 to judge them.
+Exit code: 0 all evaluated, 1 some could not be, 2 the command line is wrong.
+"""
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'evaluate',
+        help='replay many recordings and sum them up',
+        description=DESCRIPTION,
+        epilog='example: idem evaluate drives/ --voxel-size 0.5 --out results',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        'bags',
+        metavar='BAG|FOLDER',
+        nargs='+',
+        help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag; or a folder of such',
+    )
+    parser.add_argument(
+        '--jobs',
+        type=int,
+        default=os.cpu_count(),
+        metavar='N',
+        help='worker processes (default: one a core)',
+    )
+    parser.add_argument(
+        '--out', metavar='DIR', help='folder for the results, new or to go on with'
+    )
+    add_topic_options(parser)
+    for config_type in REPLAYED:
+        add_config_options(parser, config_type=config_type)
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Evaluate what is not evaluated yet, write each result as it comes, print the summary."""
+    from idem_ros.evaluation.one_recording import Task
+    from idem_ros.evaluation.overall import Overall
+    from idem_ros.evaluation.result_folder import OtherResults, open_folder
+    from idem_ros.evaluation.settings import Settings
+
+    if args.jobs < 1:
+        raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
+    settings = Settings(*(config_from(args, each) for each in REPLAYED))
+    bags = _recordings(args.bags)
+    try:
+        there = open_folder(args.out, _made_with(settings, args)) if args.out else {}
+    except OtherResults as error:
+        raise UsageError(str(error)) from error
+    topics = topics_from(args)
+    tasks = [Task(str(bag), settings, topics, frozenset(there)) for bag in bags]
+    overall = Overall()
+    interrupted = _evaluate(tasks, args, there, overall)
+    return _summed_up(overall, args.out, interrupted)
+
+
+def _recordings(paths):
+    """Return what the paths mean, each recording once."""
+    from idem_ros.recording.search import recordings_in
+
+    found = {}
+    for path in paths:
+        for bag in recordings_in(path):
+            found.setdefault(bag.resolve(), bag)
+    return list(found.values())
+
+
+def _made_with(settings, args):
+    from importlib.metadata import version
+
+    from idem_ros.evaluation.settings import as_record
+
+    return {
+        'settings': as_record(settings),
+        'topics': topics_from(args),
+        'idem_ros': version('idem_ros'),
+    }
+
+
+def _evaluate(tasks, args, there, overall):
+    """Take in each outcome as it comes; return whether the user ended it before its time."""
+    from idem_ros.commands.evaluation_lines import Lines
+    from idem_ros.evaluation.worker_processes import in_processes
+
+    left = {task.path for task in tasks}
+    try:
+        with Lines(tasks) as lines, closing(in_processes(tasks, args.jobs, lines.watch)) as ended:
+            for index, outcome in ended:
+                _take_in(outcome, args.out, there, overall)
+                left.discard(outcome.path)
+                lines.end(index, outcome)
+    except KeyboardInterrupt:
+        for path in left:
+            overall.add_failure(path, 'interrupted before it was done')
+        return True
+    return False
+
+
+def _take_in(outcome, out, there, overall):
+    import json
+
+    from idem_ros.evaluation.result_file import read_result
+    from idem_ros.evaluation.result_folder import result_file, write_text
+
+    if outcome.reason:
+        overall.add_failure(outcome.path, outcome.reason)
+        return
+    if outcome.text is None:
+        file = there[outcome.identity]
+        overall.add(outcome.path, read_result(file).record, file)
+        return
+    file = result_file(out, outcome.identity) if out else None
+    if file and not file.exists():  # it does where the same recording lies in two places
+        write_text(file, outcome.text)
+    overall.add(outcome.path, json.loads(outcome.text), file)
+
+
+def _summed_up(overall, out, interrupted):
+    from idem_ros.evaluation.overall import overall_table
+    from idem_ros.evaluation.result_folder import SUMMARY, write_json
+
+    record = overall.record()
+    if out:
+        write_json(Path(out) / SUMMARY, record)
+    print(overall_table(record))
+    if interrupted:
+        return INTERRUPTED
+    return DATA if record['failed'] else OK

@@ -1,0 +1,50 @@
+"""One line on stderr for each recording that is evaluated: a bar on a terminal, else its end."""
+
+import sys
+
+
+class Lines:
+    """The lines of an evaluation, while entered.
+
+    Args:
+        tasks: what is evaluated.
+    """
+
+    def __init__(self, tasks):
+        self._tasks = tasks
+        self._ended = 0
+        self._bars = {}
+        self._terminal = sys.stderr.isatty()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for bar in self._bars.values():
+            bar.close()
+
+    def watch(self, index, done, total):
+        """Show how many of its messages a task has read."""
+        from tqdm import tqdm
+
+        if not self._terminal or not total:
+            return
+        if index not in self._bars:
+            self._bars[index] = tqdm(
+                total=total, desc=self._tasks[index].path, unit='msg', leave=False
+            )
+        bar = self._bars[index]
+        bar.n = done  # a task that is done again begins anew
+        bar.refresh()
+
+    def end(self, index, outcome):
+        """Say what became of a task, above the bars of those that run."""
+        from tqdm import tqdm
+
+        if index in self._bars:
+            self._bars.pop(index).close()
+        self._ended += 1
+        text = outcome.reason and f'not evaluated: {outcome.reason}'
+        text = text or ('there already' if outcome.text is None else 'evaluated')
+        line = f'[{self._ended}/{len(self._tasks)}] {outcome.path}: {text}'
+        tqdm.write(line, file=sys.stderr)

@@ -1,0 +1,230 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import scans, write_rosbag1, write_sqlite3
+
+from idem_ros.commands import evaluate, evaluation_lines
+from idem_ros.commands.main import main
+from idem_ros.recording.writer import write_mcap
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with recordings of every kind, and one that cannot be read."""
+    monkeypatch.chdir(tmp_path)
+    drives = tmp_path / 'drives'
+    (drives / 'more').mkdir(parents=True)
+    write_mcap(drives / 'a.mcap', scans(np.random.default_rng(1), n=2))
+    write_sqlite3(drives / 'more' / 'b', scans(np.random.default_rng(2), n=3))
+    write_rosbag1(drives / 'more' / 'c.bag', scans(np.random.default_rng(3), n=1))
+    return tmp_path
+
+
+@pytest.fixture
+def broken(folder):
+    (folder / 'drives' / 'z.mcap').write_bytes(b'\x89MCAP0\r\n')
+    return folder
+
+
+def summary_of(folder):
+    return json.loads((folder / 'out' / 'summary.json').read_text())
+
+
+def results_in(folder):
+    return {
+        path.name: path.read_bytes()
+        for path in sorted((folder / 'out').glob('*.json'))
+        if path.name not in ('summary.json', 'evaluation.json')
+    }
+
+
+def test_every_recording_of_a_folder_is_evaluated(folder, capsys):
+    assert main(['evaluate', 'drives', '--jobs', '2', '--out', 'out']) == 0
+    captured = capsys.readouterr()
+    assert [line.split()[1] for line in captured.out.splitlines()[2:6]] == [
+        'drives/a.mcap',
+        'drives/more/b',
+        'drives/more/c.bag',
+        'all',
+    ]
+    assert sorted(line.split(' ', 1)[1] for line in captured.err.splitlines()) == [
+        'drives/a.mcap: evaluated',
+        'drives/more/b: evaluated',
+        'drives/more/c.bag: evaluated',
+    ]
+    summary = summary_of(folder)
+    assert (summary['evaluated'], summary['failed'], summary['pooled']['frames']) == (3, 0, 6)
+    assert [json.loads(text)['summary']['frames'] for text in results_in(folder).values()] == [
+        2,
+        3,
+        1,
+    ]
+
+
+def test_a_result_is_that_of_replay(folder, capsys):
+    argv = ['drives/a.mcap', '--voxel-size', '0.1']
+    assert main(['evaluate', *argv, '--jobs', '1', '--out', 'out']) == 0
+    assert main(['replay', *argv, '--json', 'a.json']) == 0
+    (result,) = (json.loads(text) for text in results_in(folder).values())
+    expected = json.loads((folder / 'a.json').read_text())
+    for record in (result, expected):
+        record['summary'].pop('time_ms')
+        for frame in record['frames']:
+            frame.pop('time_ms')
+    assert result == expected
+
+
+def test_without_a_folder_for_results_only_the_table_is_printed(folder, capsys):
+    before = sorted(folder.rglob('*'))
+    assert main(['evaluate', 'drives/a.mcap', 'drives', '--jobs', '1']) == 0
+    assert '3 of 3 recordings' in capsys.readouterr().out  # one of them named twice
+    assert sorted(folder.rglob('*')) == before
+
+
+def test_what_cannot_be_read_is_named_and_the_others_go_on(broken, capsys):
+    assert main(['evaluate', 'drives', '--jobs', '2', '--out', 'out']) == 1
+    assert 'not drives/z.mcap' in capsys.readouterr().out
+    summary = summary_of(broken)
+    assert (summary['evaluated'], summary['failed']) == (3, 1)
+    assert summary['recordings'][-1]['bag'] == 'drives/z.mcap'
+    assert 'drives/z.mcap' in summary['recordings'][-1]['reason']
+
+
+def test_called_again_only_what_is_missing_is_done(broken, capsys):
+    argv = ['evaluate', 'drives', '--jobs', '2', '--out', 'out']
+    assert main(argv) == 1
+    before = results_in(broken)
+    capsys.readouterr()
+    write_mcap('drives/z.mcap', scans(np.random.default_rng(4), n=1))
+    assert main(argv) == 0
+    lines = {line.split(' ', 1)[1] for line in capsys.readouterr().err.splitlines()}
+    assert lines == {
+        'drives/a.mcap: there already',
+        'drives/more/b: there already',
+        'drives/more/c.bag: there already',
+        'drives/z.mcap: evaluated',
+    }
+    assert {name: results_in(broken)[name] for name in before} == before
+    assert summary_of(broken)['pooled']['frames'] == 7
+
+
+def test_a_recording_that_changed_is_evaluated_beside_its_old_result(folder, capsys):
+    argv = ['evaluate', 'drives/a.mcap', '--jobs', '1', '--out', 'out']
+    assert main(argv) == 0
+    before = results_in(folder)
+    write_mcap('drives/a.mcap', scans(np.random.default_rng(9), n=3))
+    assert main(argv) == 0
+    after = results_in(folder)
+    assert len(after) == 2
+    assert before.items() <= after.items()
+    assert summary_of(folder)['pooled']['frames'] == 3
+
+
+def test_an_interrupted_evaluation_says_what_is_done_and_goes_on_from_there(
+    folder, capsys, monkeypatch
+):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    argv = ['evaluate', 'drives', '--jobs', '1', '--out', 'out']
+    monkeypatch.setattr(evaluation_lines.Lines, 'end', interrupt)
+    assert main(argv) == 130
+    assert (summary_of(folder)['evaluated'], summary_of(folder)['failed']) == (1, 2)
+    assert 'interrupted before it was done' in capsys.readouterr().out
+    (first,) = results_in(folder).items()
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert main(argv) == 0
+    assert first in results_in(folder).items()
+    assert 'there already' in capsys.readouterr().err
+
+
+def test_results_of_other_settings_are_not_mixed_with_these_or_touched(folder, capsys):
+    argv = ['evaluate', 'drives/a.mcap', '--jobs', '1', '--out', 'out']
+    assert main(argv) == 0
+    before = {path: path.read_bytes() for path in (folder / 'out').iterdir()}
+    for option in (['--voxel-size', '0.2'], ['--source-topic', 'source']):
+        assert main([*argv, *option]) == 2
+    assert 'other voxel_size' in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in (folder / 'out').iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ('argv', 'code', 'message'),
+    [
+        (['drives', '--jobs', '0'], 2, '--jobs is 0'),
+        (['nowhere'], 1, 'nowhere does not exist'),
+        (['drives', '--voxel-size', '-1'], 2, 'voxel_size'),
+        (['drives', '--out', 'no/where'], 1, 'cannot make the folder'),
+        (['drives', '--out', 'drives'], 2, 'other files'),
+    ],
+)
+def test_what_cannot_begin_is_refused_in_one_line(folder, capsys, argv, code, message):
+    assert main(['evaluate', *argv]) == code
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+
+
+def test_the_same_recording_in_two_places_is_one_result(folder, capsys):
+    content = (folder / 'drives' / 'a.mcap').read_bytes()
+    (folder / 'drives' / 'more' / 'a.mcap').write_bytes(content)
+    assert main(['evaluate', 'drives', '--jobs', '1', '--out', 'out']) == 0
+    assert len(results_in(folder)) == 3
+    results = [entry['result'] for entry in summary_of(folder)['recordings']]
+    assert results[0] == results[1]
+
+
+def test_as_a_program_it_evaluates_too(folder):
+    argv = [sys.executable, '-m', 'idem_ros.commands.main', 'evaluate', 'drives', '--jobs', '2']
+    ended = subprocess.run(argv, capture_output=True, text=True, timeout=300, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert '3 of 3 recordings evaluated' in ended.stdout
+
+
+def test_a_full_disk_ends_it_in_one_line_and_keeps_what_is_there(folder, capsys, monkeypatch):
+    def full(self, target):
+        if 'b.' in Path(target).name:
+            raise OSError(28, 'No space left on device')
+        return replace(self, target)
+
+    replace = Path.replace
+    argv = ['evaluate', 'drives', '--jobs', '1', '--out', 'out']
+    monkeypatch.setattr(Path, 'replace', full)
+    assert main(argv) == 1
+    assert 'No space left on device' in capsys.readouterr().err.splitlines()[-1]
+    assert [name[:2] for name in results_in(folder)] == ['a.', 'c.']
+    assert not list((folder / 'out').glob('.*'))
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert main(argv) == 0
+    assert len(results_in(folder)) == 3
+
+
+def test_bars_are_shown_on_a_terminal(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
+    task, outcome = evaluate_task('a.mcap')
+    with evaluation_lines.Lines([task]) as lines:
+        lines.watch(0, 0, 0)
+        lines.watch(0, 3, 10)
+        lines.end(0, outcome)
+    err = capsys.readouterr().err
+    assert '3/10' in err
+    assert '[1/1] a.mcap: evaluated' in err
+
+
+def evaluate_task(path):
+    from idem_ros.evaluation.one_recording import Outcome, Task
+
+    return Task(path, None, {}), Outcome(path, text='{}')
+
+
+def test_its_help_tells_what_is_written(capsys):
+    with pytest.raises(SystemExit):
+        main(['evaluate', '--help'])
+    out = capsys.readouterr().out
+    assert evaluate.DESCRIPTION in out
+    assert all(word in out for word in ('summary.json', 'evaluation.json', 'Exit code'))

@@ -1,0 +1,120 @@
+import os
+import signal
+from dataclasses import dataclass
+from multiprocessing import active_children
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recordings import scans
+
+from idem_ros.evaluation import worker_processes
+from idem_ros.evaluation.one_recording import Task
+from idem_ros.evaluation.settings import Settings
+from idem_ros.evaluation.worker_processes import WorkersFailed, in_processes
+from idem_ros.recording.writer import write_mcap
+
+NO_TOPICS = {}
+
+
+@dataclass(frozen=True)
+class Deadly:
+    """A task that ends its worker as SIGKILL does, in the midst, as often as it is told to."""
+
+    path: str
+    marks: str
+    times: int
+    settings: Settings = Settings()
+    done: frozenset = frozenset()
+
+    @property
+    def topics(self):
+        marks = Path(self.marks)
+        before = len(list(marks.iterdir()))
+        if before < self.times:
+            (marks / str(before)).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return NO_TOPICS
+
+
+@pytest.fixture
+def bags(tmp_path):
+    paths = [tmp_path / f'{name}.mcap' for name in 'abcd']
+    for seed, path in enumerate(paths):
+        write_mcap(path, scans(np.random.default_rng(seed), n=2))
+    return [str(path) for path in paths]
+
+
+@pytest.fixture
+def marks(tmp_path):
+    (tmp_path / 'marks').mkdir()
+    return str(tmp_path / 'marks')
+
+
+def tasks_of(bags):
+    return [Task(bag, Settings(), NO_TOPICS) for bag in bags]
+
+
+@pytest.mark.parametrize('jobs', [1, 2, 9])
+def test_every_recording_is_evaluated_once(bags, jobs):
+    seen = []
+    outcomes = list(in_processes(tasks_of(bags), jobs, lambda *numbers: seen.append(numbers)))
+    assert sorted(index for index, _ in outcomes) == [0, 1, 2, 3]
+    assert all(outcome.path == bags[index] and outcome.text for index, outcome in outcomes)
+    assert all(0 <= done <= total <= 7 for _, done, total in seen)
+    assert active_children() == []
+
+
+def test_no_recordings_are_no_work():
+    assert list(in_processes([], 2)) == []
+
+
+def test_what_is_wrong_with_a_recording_is_its_outcome_and_the_others_go_on(bags):
+    Path(bags[1]).write_bytes(b'\x89MCAP0\r\n')
+    outcomes = dict(in_processes(tasks_of(bags), 2))
+    assert [index for index in outcomes if outcomes[index].reason] == [1]
+    assert bags[1] in outcomes[1].reason
+
+
+def test_a_recording_whose_worker_is_killed_is_done_again_and_nothing_is_lost(bags, marks):
+    tasks = tasks_of(bags)
+    tasks[1] = Deadly(bags[1], marks, times=2)
+    outcomes = list(in_processes(tasks, 2))
+    assert sorted(index for index, _ in outcomes) == [0, 1, 2, 3]
+    assert [outcome.reason for _, outcome in outcomes] == [''] * 4
+    assert len(list(Path(marks).iterdir())) == 2
+    assert active_children() == []
+
+
+def test_a_recording_that_kills_every_worker_is_named_and_no_other(bags, marks):
+    tasks = tasks_of(bags)
+    tasks[2] = Deadly(bags[2], marks, times=100)
+    outcomes = dict(in_processes(tasks, 2))
+    assert [index for index in outcomes if outcomes[index].reason] == [2]
+    assert outcomes[2].reason == 'its worker was killed 3 times'
+    assert len(list(Path(marks).iterdir())) == 3
+
+
+def test_an_error_nobody_foresaw_is_named_and_the_others_go_on(bags):
+    tasks = tasks_of(bags)
+    tasks[3] = Task(bags[3], None, NO_TOPICS)
+    outcomes = dict(in_processes(tasks, 2))
+    assert [index for index in outcomes if outcomes[index].reason] == [3]
+    assert outcomes[3].reason.startswith('AttributeError: ')
+
+
+def test_whoever_stops_listening_leaves_no_process(bags):
+    outcomes = in_processes(tasks_of(bags), 2)
+    next(outcomes)
+    outcomes.close()
+    assert active_children() == []
+
+
+def die(_):
+    os._exit(1)
+
+
+def test_workers_that_never_begin_are_reported(bags, monkeypatch):
+    monkeypatch.setattr(worker_processes, '_begin', die)
+    with pytest.raises(WorkersFailed, match='3 times'):
+        list(in_processes(tasks_of(bags), 2))
