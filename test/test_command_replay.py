@@ -160,6 +160,18 @@ def test_bad_input_gets_one_line_and_leaves_old_outputs(folder, rng, capsys):
         (['sqlite3', '--json', 'sqlite3/out.json'], 2, 'outside the recording'),
         (['scans.mcap', '--out', 'out.bag'], 2, 'must end in .mcap'),
         (['scans.mcap', '--a', '-1'], 2, 'a is -1.0'),
+        ([], 2, 'no recording is named'),
+        (['scans.mcap', '--every', '0'], 2, 'every is 0'),
+        (['scans.mcap', '--start', '-1'], 2, 'start is -1.0'),
+        (['scans.mcap', '--duration', 'nan'], 2, 'duration is nan'),
+        (['scans.mcap', '--start', '1000'], 1, '3 sources left out'),
+        (['scans.mcap', '--method', 'gicp', '--max-distance', '0'], 2, 'max_distance is 0.0'),
+        (['scans.mcap', '--method', 'idem,gicp', '--json', '-'], 2, 'need a file each'),
+        (['scans.mcap', '--params', 'none.yaml'], 2, 'none.yaml cannot be read'),
+        (['scans.mcap', '--params', 'out.json'], 2, 'out.json holds no node'),
+        (['--again', 'none.mcap'], 1, 'none.mcap cannot be read'),
+        (['--again', 'scans.mcap'], 1, 'scans.mcap is no result of a replay'),
+        (['--again', 'scans.mcap', '--a', '2', '--every', '2'], 2, 'leave out --a, --every'),
     ]
     options = ['--json', 'out.json', '--out', 'out.mcap', '--tum', 'out.tum']
     for argv, code, words in cases:

@@ -1,7 +1,7 @@
 """The fields of the configurations as command line options, and back."""
 
-from argparse import ArgumentTypeError
-from dataclasses import fields
+from argparse import SUPPRESS, ArgumentTypeError
+from dataclasses import fields, replace
 
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
@@ -39,7 +39,8 @@ def add_config_options(parser, without=(), config_type=RegistrationConfig):
         if field.name in without:
             continue
         shown = f'{field.metadata["description"]} (default: {_shown(field.default)})'
-        option = {'dest': _dest(field), 'default': field.default, 'help': shown}
+        # what nobody gives is left out: it may come from a file of parameters
+        option = {'dest': _dest(field), 'default': SUPPRESS, 'help': shown}
         if isinstance(field.default, bool):
             group.add_argument(option_name(field), action='store_true', **option)
             continue
@@ -66,8 +67,13 @@ def topics_from(args):
     return {f'{role}_topic': getattr(args, f'{role}_topic') for role in ROLES}
 
 
-def config_from(args, config_type=RegistrationConfig):
+def config_from(args, config_type=RegistrationConfig, base=None):
     """Build the configuration that the options ask for.
+
+    Args:
+        args: the namespace.
+        config_type: as `add_config_options` took it.
+        base: what holds where no option is given; None: the defaults.
 
     Raises:
         UsageError: a value outside its range.
@@ -78,7 +84,7 @@ def config_from(args, config_type=RegistrationConfig):
         if hasattr(args, _dest(field))
     }
     try:
-        return config_type(**given)
+        return replace(config_type() if base is None else base, **given)
     except InvalidConfig as error:
         raise UsageError(str(error)) from error
 

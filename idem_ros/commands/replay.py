@@ -1,11 +1,32 @@
 """`idem replay`: refine every pair of a recording, without ROS."""
 
+import argparse
 import sys
+from dataclasses import replace
 
-from idem_ros.commands.exit_codes import OK
-from idem_ros.commands.options import REPLAYED, add_config_options, config_from
-from idem_ros.commands.replay_outputs import check_outputs, write_outputs
+from idem_ros.commands.exit_codes import DATA, INTERRUPTED, OK, UsageError
+from idem_ros.commands.options import add_topic_options, topics_from
+from idem_ros.commands.replay_outputs import outputs_for, write_outputs
+from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.core.exceptions import IdemError
+
+DESCRIPTION = """\
+Refine every pair of BAG, as the live node would, and report the errors.
+
+With several methods each has a block in the table, and files of its own: --json
+result.json becomes result.idem.json and result.gicp.json. q_tot, overlap and radius
+of every method are those of IDEM's metric at its result.
+
+Ctrl-C ends with the report and the files of what was done, and exit code 130.
+"""
+EPILOG = """\
+examples:
+  idem replay run.mcap --voxel-size 0.5 --json result.json --out result.mcap
+  idem replay run.mcap --method idem,gicp --start 60 --duration 30 --every 5
+  idem replay run.mcap --params refine.yaml
+  idem replay --again result.mcap
+"""
+OF_AGAIN = ('bag', 'again', 'json', 'out', 'tum', 'run')
 
 
 class NothingRefined(IdemError):
@@ -17,20 +38,24 @@ def add_parser(subparsers):
     parser = subparsers.add_parser(
         'replay',
         help='refine the pairs of a recording',
-        description='Refine every pair of BAG, as the live node would, and report the errors.',
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
+        'bag',
+        metavar='BAG',
+        nargs='?',
+        help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag; with --again it may be left '
+        'out',
     )
-    for role, what in (
-        ('target', 'PointCloud2'),
-        ('source', 'PointCloud2'),
-        ('guess', 'TransformStamped (or as --initial-guess-type says)'),
-        ('truth', 'TransformStamped'),
-    ):
-        parser.add_argument(
-            f'--{role}-topic', metavar='NAME', help=f'{what} topic (default: found by type)'
-        )
+    parser.add_argument(
+        '--again',
+        metavar='RESULT',
+        help='repeat the replay that RESULT (of --json or --out) is of, from the parameters in '
+        'it, and compare transforms, q_tot and status bit for bit: exit code 0 or 1',
+    )
+    add_topic_options(parser)
     parser.add_argument('--json', metavar='FILE', help='write every frame as JSON; - for stdout')
     parser.add_argument(
         '--out',
@@ -38,38 +63,75 @@ def add_parser(subparsers):
         help='write transforms and diagnostics into a new recording, with all of --json in it',
     )
     parser.add_argument('--tum', metavar='FILE', help='write the transforms as TUM lines')
-    for config_type in REPLAYED:
-        add_config_options(parser, config_type=config_type)
+    add_settings_options(parser)
     parser.set_defaults(run=run)
 
 
 def run(args):
     """Replay, write what was asked for, print the table."""
-    from idem_ros.evaluation.replay import replay
-    from idem_ros.evaluation.settings import Settings
+    if args.again:
+        return _again(args)
+    if args.bag is None:
+        raise UsageError('no recording is named; give BAG, or --again RESULT')
+    settings, notes = settings_from(args)
+    return _written(args, args.bag, settings, topics_from(args), notes)[0]
+
+
+def _written(args, bag, settings, topics, notes=()):
+    """Replay, write and print; return the exit code and the [`Replay`] of each method."""
+    from idem_ros.evaluation.replay import replay_each
     from idem_ros.evaluation.summary import table
     from idem_ros.recording.fingerprint import fingerprint
 
-    settings = Settings(*(config_from(args, each) for each in REPLAYED))
-    check_outputs(args)
-    input_ = fingerprint(args.bag) if args.json or args.out else None
-    replayed = replay(
-        args.bag,
-        settings.config,
-        preprocessing=settings.preprocessing,
-        pairing=settings.pairing,
-        guess=settings.guess,
-        target_topic=args.target_topic,
-        source_topic=args.source_topic,
-        guess_topic=args.guess_topic,
-        truth_topic=args.truth_topic,
-        progress=_progress,
-    )
-    if not replayed.frames:
-        raise NothingRefined(_why_nothing(replayed))
-    write_outputs(args, replayed, settings, input_)
-    print(table(replayed), file=sys.stderr if args.json == '-' else sys.stdout)
-    return OK
+    inputs = [bag, args.again] if args.again else [bag]
+    outputs = outputs_for(args, inputs, [each.method for each in settings])
+    input_ = fingerprint(bag) if args.json or args.out else None
+    replays = replay_each(bag, settings, progress=_progress, **topics)
+    if not any(each.frames for each in replays):
+        if replays[0].interrupted:
+            raise KeyboardInterrupt
+        raise NothingRefined(_why_nothing(replays[0]))
+    replays = [replace(each, notes=(*notes, *each.notes)) for each in replays]
+    for each in zip(outputs, replays, settings, strict=True):
+        write_outputs(*each, input_)
+    text = '\n\n'.join(map(table, replays))
+    print(text, file=sys.stderr if args.json == '-' else sys.stdout)
+    return INTERRUPTED if replays[0].interrupted else OK, replays
+
+
+def _again(args):
+    """Repeat a result, compare, say how many frames agree."""
+    from idem_ros.evaluation import again
+    from idem_ros.evaluation.provenance import versions
+    from idem_ros.evaluation.result_file import read_result
+    from idem_ros.evaluation.summary import json_record
+    from idem_ros.recording.fingerprint import fingerprint
+
+    _refuse_settings_of_their_own(args)
+    result = read_result(args.again)
+    settings, topics = again.settings_of(result)
+    bag = args.bag or again.recording_of(result)
+    again.require_same_input(result, fingerprint(bag))
+    code, (replayed,) = _written(args, bag, [settings], topics)
+    repeated = json_record(replayed)['frames']
+    if result.record['summary'].get('interrupted'):
+        repeated = repeated[: len(result.frames)]
+    found = again.agreement(result.frames, repeated)
+    stream = sys.stderr if args.json == '-' else sys.stdout
+    for name, version in versions(settings.method).items():
+        if version != (then := result.made_by['versions'].get(name)):
+            print(f'note: {name} was {then} and is {version}', file=stream)
+    print(f'{found.agreeing} of {found.frames} frames agree bit for bit', file=stream)
+    if found.first:
+        print(f'the first that differs: {found.first}', file=stream)
+    return code or (DATA if found.first else OK)
+
+
+def _refuse_settings_of_their_own(args):
+    given = [name for name, value in vars(args).items() if value is not None]
+    if others := [name for name in given if name not in OF_AGAIN]:
+        options = ', '.join('--' + name.replace('_', '-') for name in others)
+        raise UsageError(f'--again takes all settings from {args.again}; leave out {options}')
 
 
 def _progress(messages, total):

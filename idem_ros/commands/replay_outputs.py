@@ -1,32 +1,54 @@
 """The files that `idem replay` writes: checked before the work, written after it."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 from idem_ros.commands.exit_codes import UsageError
 
 
-def check_outputs(args):
-    """Refuse before the work what could not be written after it."""
-    from idem_ros.atomic_file import require_writable
+class Outputs(NamedTuple):
+    """Where the result of one method goes; None: nowhere."""
 
-    outputs = [file for file in (args.json, args.out, args.tum) if file and file != '-']
-    if args.out and not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
-    bag, *resolved = (Path(file).resolve() for file in [args.bag, *outputs])
-    if len({bag, *resolved}) <= len(outputs) or any(bag in file.parents for file in resolved):
-        raise UsageError(
-            f'among {", ".join([args.bag, *outputs])} a file is named twice; '
-            'each output needs a file of its own outside the recording'
-        )
-    for file in outputs:
-        require_writable(file)
+    json: str | None
+    """- for stdout."""
+    out: str | None
+    tum: str | None
+
+    @property
+    def files(self):
+        """The files among them."""
+        return [file for file in self if file and file != '-']
 
 
-def write_outputs(args, replayed, settings, input_):
-    """Write what was asked for.
+def outputs_for(args, inputs, methods):
+    """Return the `Outputs` of each method, refusing early what could not be written later.
 
     Args:
         args: with `json`, `out` and `tum`.
+        inputs: files that no output may replace; the first is the recording.
+        methods: one, whose files are named as given, or several, each of which has files of its
+            own: result.json becomes result.gicp.json.
+
+    Raises:
+        UsageError: a name that does not do, or twice the same.
+        UnwritableFile: a place where nothing can be written.
+    """
+    if args.out and not args.out.endswith('.mcap'):
+        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
+    given = Outputs(args.json, args.out, args.tum)
+    several = len(methods) > 1
+    if several and given.json == '-':
+        raise UsageError(f'--json is -, but {len(methods)} methods need a file each; name one')
+    each = [_of_method(given, method) if several else given for method in methods]
+    _refuse_collisions(inputs, [file for outputs in each for file in outputs.files])
+    return each
+
+
+def write_outputs(outputs, replayed, settings, input_):
+    """Write what was asked for.
+
+    Args:
+        outputs: `Outputs`.
         replayed: `Replay`.
         settings: `Settings` that it was made with.
         input_: the recording's `fingerprint`; None where neither JSON nor MCAP is asked for.
@@ -37,16 +59,37 @@ def write_outputs(args, replayed, settings, input_):
     from idem_ros.evaluation.summary import json_record
     from idem_ros.recording.results import write_result
 
-    if args.tum:
-        _write_tum(args.tum, replayed)
-    if not (args.json or args.out):
+    if outputs.tum:
+        _write_tum(outputs.tum, replayed)
+    if not (outputs.json or outputs.out):
         return
     made = made_by(settings, replayed.topics, input_)
     text = json.dumps(json_record(replayed, made), indent=1, allow_nan=False) + '\n'
-    if args.out:
-        write_result(args.out, replayed.frames, as_metadata(made), text.encode())
-    if args.json:
-        _write_text(args.json, text)
+    if outputs.out:
+        write_result(outputs.out, replayed.frames, as_metadata(made), text.encode())
+    if outputs.json:
+        _write_text(outputs.json, text)
+
+
+def _of_method(given, method):
+    def named(file):
+        return file and str(Path(file).with_suffix(f'.{method}{Path(file).suffix}'))
+
+    return Outputs(*map(named, given))
+
+
+def _refuse_collisions(inputs, files):
+    from idem_ros.atomic_file import require_writable
+
+    resolved = [Path(file).resolve() for file in [*inputs, *files]]
+    into_bag = any(resolved[0] in file.parents for file in resolved[len(inputs) :])
+    if len(set(resolved)) < len(resolved) or into_bag:
+        raise UsageError(
+            f'among {", ".join([*inputs, *files])} a file is named twice; '
+            'each output needs a file of its own outside the recording'
+        )
+    for file in files:
+        require_writable(file)
 
 
 def _write_tum(file, replayed):

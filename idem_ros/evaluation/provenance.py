@@ -8,6 +8,8 @@ from importlib.metadata import PackageNotFoundError, version
 from idem_ros.evaluation.settings import IDEM, as_record
 
 PACKAGES = ('idem_ros', 'numpy', 'scipy', 'numba', 'rosbags', 'mcap')
+NO_SETTINGS = ('versions', 'input', 'topics')
+"""What a record holds beside the settings."""
 PEERS_PACKAGE = 'small_gicp'
 
 
@@ -22,13 +24,18 @@ def made_by(settings, topics, input_):
     Returns:
         {'versions', 'input', 'topics', 'parameters' and every other of the settings}.
     """
-    packages = PACKAGES if settings.method == IDEM else (*PACKAGES, PEERS_PACKAGE)
     return {
-        'versions': {'python': platform.python_version(), **{p: _version(p) for p in packages}},
+        'versions': versions(settings.method),
         'input': input_,
         'topics': asdict(topics),
         **as_record(settings),
     }
+
+
+def versions(method=IDEM):
+    """Return {package: version} of what a method runs on; None for one that is not installed."""
+    packages = PACKAGES if method == IDEM else (*PACKAGES, PEERS_PACKAGE)
+    return {'python': platform.python_version(), **{each: _version(each) for each in packages}}
 
 
 def as_metadata(record):

@@ -1,0 +1,127 @@
+"""Repeat a replay from what its result says of itself, and compare the two bit for bit."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.evaluation.provenance import NO_SETTINGS
+from idem_ros.evaluation.settings import from_record
+
+COMPARED = ('stamp_ns', 'T_target_source', 'q_tot', 'status')
+
+
+class NotRepeatable(IdemError):
+    """A result that does not say how it was made, or whose recording is another one now."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far two results of the same are the same."""
+
+    agreeing: int
+    frames: int
+    """In the longer of the two."""
+    first: str
+    """What differs in the first frame that does; empty where none does."""
+
+
+def settings_of(result):
+    """Return (`Settings`, topics as `replay` takes them) of a `Result`.
+
+    Raises:
+        NotRepeatable: it does not say.
+        UnknownSettings, InvalidConfig: it was made by a version with other settings.
+    """
+    made_by = result.made_by
+    if made_by is None or not {'parameters', *NO_SETTINGS} <= made_by.keys():
+        raise NotRepeatable(
+            f'{result.path} does not say how it was made; a result of this version does'
+        )
+    settings = {key: value for key, value in made_by.items() if key not in NO_SETTINGS}
+    roles = ('target', 'source', 'guess', 'truth')
+    topics = {f'{role}_topic': made_by['topics'].get(role) for role in roles}
+    return from_record(settings), topics
+
+
+def recording_of(result):
+    """Return the path of the recording that a `Result` was made of.
+
+    It is the one named then, if it is there; else the one of its name beside the result.
+
+    Raises:
+        NotRepeatable: neither is there.
+    """
+    name = result.made_by['input']['name']
+    candidates = [Path(result.bag), Path(result.path).parent / name]
+    for path in candidates:
+        if path.exists():
+            return str(path)
+    raise NotRepeatable(
+        f'{result.path} is of {name}, which is neither at {candidates[0]} nor beside it; '
+        'name the recording'
+    )
+
+
+def require_same_input(result, input_):
+    """Refuse another recording than the one a `Result` was made of, by its checksum.
+
+    Args:
+        result: `Result`.
+        input_: the recording's `fingerprint`.
+
+    Raises:
+        NotRepeatable: it names both checksums.
+    """
+    then = result.made_by['input']['sha256']
+    if input_['sha256'] != then:
+        raise NotRepeatable(
+            f'{input_["name"]} is not what {result.path} was made of: its SHA-256 is '
+            f'{input_["sha256"]}, that of the result is {then}'
+        )
+
+
+def agreement(recorded, repeated):
+    """Compare the frames of two results in their order: transform, q_tot and status, every bit.
+
+    Args:
+        recorded, repeated: frames as `summary.json_record` has them.
+
+    Returns:
+        `Agreement`
+    """
+    count = max(len(recorded), len(repeated))
+    differences = [
+        difference
+        for i in range(count)
+        if (difference := _difference(i, recorded[i : i + 1], repeated[i : i + 1]))
+    ]
+    return Agreement(count - len(differences), count, differences[0] if differences else '')
+
+
+def _difference(i, recorded, repeated):
+    """Say what of a frame differs; empty where nothing does."""
+    if not (recorded and repeated):
+        only = 'recorded' if recorded else 'repeated'
+        (frame,) = recorded or repeated
+        return f'frame {i} (stamp {_seconds(frame)}) is in the {only} result only'
+    (then,), (now,) = recorded, repeated
+    # as text: 0.0 == -0.0
+    differing = [name for name in COMPARED if repr(then.get(name)) != repr(now[name])]
+    if not differing:
+        return ''
+    what = ', '.join(_change(name, then.get(name), now[name]) for name in differing)
+    return f'frame {i} (stamp {_seconds(now)}): {what}'
+
+
+def _change(name, then, now):
+    if name != 'T_target_source':
+        return f'{name} was {then!r} and is {now!r}'
+    largest = np.abs(np.array(then, dtype=float) - now).max()
+    return f'{name} differs by up to {largest:.3g}'
+
+
+def _seconds(frame):
+    seconds, nanoseconds = divmod(frame['stamp_ns'], 10**9)
+    return f'{seconds}.{nanoseconds:09d} s'
