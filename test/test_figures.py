@@ -9,8 +9,15 @@ from idem_ros.experiments import figures_clouds, figures_curves, figures_maps, f
 from idem_ros.experiments.conditions import Case, make_case
 from idem_ros.experiments.experiment import Context
 from idem_ros.experiments.figures import FIGURES
-from idem_ros.experiments.figures_maps import Grid, Row
-from idem_ros.experiments.maps import Map, landscape_of, q_map, rmse_maps, symmetric_range
+from idem_ros.experiments.figures_maps import Grid
+from idem_ros.experiments.maps import (
+    Map,
+    landscape_of,
+    points_in_common,
+    q_map,
+    rmse_maps,
+    symmetric_range,
+)
 from idem_ros.experiments.models import paper_model
 
 pytest.importorskip('matplotlib')
@@ -78,13 +85,16 @@ def test_the_peaks_of_the_curves_are_marked(context):
 @pytest.mark.parametrize('figure', figures_maps.FIGURES, ids=lambda f: f'figure{f.number}')
 def test_the_colormaps_are_written_and_q_tot_is_least_at_perfect_alignment(context, figure):
     coarse = tuple(
-        Row(row.axes, *(Grid(g.reach, 0, g.reach / 2) for g in row[1:3]), row.paper)
+        row._replace(
+            of_q=Grid(row.of_q.reach, 0, row.of_q.reach / 2),
+            of_rmse=Grid(row.of_rmse.reach, 0, row.of_rmse.reach),
+        )
         for row in figure.rows
     )
     paths = figures_maps.run(figure._replace(rows=coarse), context)
     require_outputs(paths, f'figure{figure.number}')
     rows = rows_of(paths)
-    assert len(rows) == 25 * 3 * len(figure.rows)
+    assert len(rows) == (25 + 9 + 9) * len(figure.rows)
     for first in 'ad'[: len(figure.rows)]:
         of_q = [row for row in rows if row['panel'] == first]
         least = min(of_q, key=lambda row: float(row['value']))
@@ -176,6 +186,13 @@ def test_the_maps_hold_what_each_displacement_gives_alone(rng, axes):
         'A → B',
         'B → A',
     )
+
+
+def test_the_points_that_both_clouds_have_are_counted(rng):
+    target = rng.random((40, 3))
+    source = np.concatenate([target[:7], rng.random((5, 3))])
+    sentence = points_in_common(Case('A-B', 'seven in common', target, source))
+    assert sentence.startswith("7 of the source's 12 points")
 
 
 def test_of_equal_minima_the_nearest_counts():

@@ -8,6 +8,7 @@ COLOURS = 'magma'
 MARK = '#39ff14'  # the paper's green, bright enough on all of the colour scale
 NAMES = {'rx': 'about X', 'ry': 'about Y', 'rz': 'about Z'}
 TARGET, SOURCE = '#1b9e3e', '#c2259b'  # the paper's green and magenta
+REGION = 'region of interest (dashed: open)'
 VIEW = {'elev': 24, 'azim': -52}
 
 
@@ -53,7 +54,7 @@ def draw_map(axes, shown, letter):
         aspect='equal',
     )
     bar = axes.figure.colorbar(image, ax=axes, label=shown.label, location='bottom', aspect=25)
-    bar.ax.locator_params(nbins=5)
+    bar.ax.locator_params(nbins=4)
 
 
 def draw_outline(axes, u, v, region):
@@ -78,7 +79,7 @@ def legend_of_marks(figure):
     marks = [
         Line2D([], [], ls='', marker='+', color='#1fa80a', ms=9, label='perfect alignment'),
         Line2D([], [], ls='', marker='o', mfc='none', mec='#1fa80a', ms=8, label='minimum'),
-        Line2D([], [], color='white', lw=1.2, label='region of interest', path_effects=_rim()),
+        Line2D([], [], color='white', lw=1.2, label=REGION, path_effects=_rim()),
     ]
     figure.legend(handles=marks, loc='outside lower center', ncols=len(marks), frameon=False)
 

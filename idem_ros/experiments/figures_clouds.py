@@ -7,6 +7,7 @@ import numpy as np
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import SOURCE, TARGET, canvas, title_of
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
+from idem_ros.experiments.maps import points_in_common
 
 HEADER = ('panel', 'cloud', 'x', 'y', 'z')
 SHIFT = 25.0  # [mm] along X, of figure 10
@@ -142,7 +143,8 @@ def _page(figure, context, cases):
         "**Here.** The paper's picture is not part of its source, and so not beside ours.",
         '',
         *(
-            f'- {case.name}: {len(case.target)} and {len(case.source)} points; {case.description}.'
+            f'- {case.name}: {len(case.target)} and {len(case.source)} points; '
+            f'{case.description}. {points_in_common(case)}'
             for case in cases
         ),
         '',

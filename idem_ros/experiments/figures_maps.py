@@ -9,6 +9,7 @@ from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.experiments.maps import (
     MAP_HEADER,
     landscape_of,
+    points_in_common,
     q_map,
     rmse_maps,
     symmetric_range,
@@ -93,7 +94,7 @@ FIGURES = (
         13,
         'B0-B0r',
         (Row(XY, IN_ROI, IN_ROI, (0, 0.25, 0.35)),),
-        'Similar clouds: B0 and its remeshed surface share no point. RMSE errs both ways.',
+        'Similar clouds: B0 and the vertices of its remeshed surface. RMSE errs both ways.',
     ),
     Colormaps(
         15,
@@ -157,8 +158,9 @@ def _page(figure, context, case, landscape, lettered):
         '',
         f'**Here.** {case.description}: {len(case.target)} and {len(case.source)} points, a = 1, '
         f'radius {landscape.radius:.3g} {case.unit}, lengths in {case.unit} (q_tot is not free '
-        'of units). The source is moved; the error is how far the minimum lies from perfect '
-        "alignment. The paper's picture is not part of its source: its numbers stand beside ours.",
+        f'of units). {points_in_common(case)} The source is moved; the error is how far the '
+        "minimum lies from perfect alignment. The paper's picture is not part of its source: its "
+        'numbers stand beside ours.',
         '',
         table(
             header,

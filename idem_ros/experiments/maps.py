@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from idem_ros.core.displacement import displaced, offsets_on_grid, q_on_grid
 from idem_ros.core.landscape import Landscape
@@ -10,6 +11,7 @@ from idem_ros.core.region_of_interest import region_on_grid
 from idem_ros.experiments.distances import CloudDistances
 
 MAP_HEADER = ('panel', 'axis_1', 'axis_2', 'offset_1', 'offset_2', 'value', 'inside_roi')
+SAME = 1e-6  # [the case's unit]: how far apart two points count as one
 BATCH = 200  # rotations whose points are looked up at once
 
 
@@ -68,6 +70,13 @@ def symmetric_range(reach, step):
 def landscape_of(case, threads=1, radius=None):
     """Return the `Landscape` of a `Case` as the paper has it: lengths as given, a = 1."""
     return Landscape(case.target, case.source, radius, 'none', threads)
+
+
+def points_in_common(case):
+    """Return a sentence that says how many of the source's points are points of the target."""
+    near, _ = cKDTree(case.target).query(case.source, distance_upper_bound=SAME)
+    count = int(np.isfinite(near).sum())
+    return f"{count} of the source's {len(case.source)} points are points of the target, too."
 
 
 def q_map(case, landscape, axes, offsets):
