@@ -42,5 +42,5 @@ $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@echo 'Setting up $(VENV) (once, about a minute) ...'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-		--editable '.[ros,plot,bench,test]' --constraint constraints.txt
+		--editable '.[ros,plot,bench,cluster,test]' --constraint constraints.txt
 	@touch $@

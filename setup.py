@@ -8,6 +8,7 @@ PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
 TEST = ['pytest', 'hypothesis', 'ruff==0.17.6', 'evo']
+CLUSTER = ['distributed']
 BENCH = ['small_gicp', 'psutil']
 
 setup(
@@ -31,7 +32,7 @@ setup(
         'pyyaml',
         'tqdm',
     ],
-    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'test': TEST},
+    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'cluster': CLUSTER, 'test': TEST},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

@@ -28,7 +28,8 @@ settings is not done again, so that an interrupted evaluation goes on where it w
 A DIR of other settings is refused; nothing in it is overwritten but the summary.
 
 A recording that cannot be evaluated is named with the reason, the others go on; so
-is one whose worker was killed three times. With several jobs the milliseconds are
+is one whose worker was killed three times (on a cluster: as often as its scheduler
+allows). With several jobs the milliseconds are
 those of a busy machine: take --jobs 1 to judge them.
 Exit code: 0 all evaluated, 1 some could not be, 2 the command line is wrong.
 """
@@ -49,12 +50,15 @@ def add_parser(subparsers):
         nargs='+',
         help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag; or a folder of such',
     )
-    parser.add_argument(
-        '--jobs',
-        type=int,
-        default=os.cpu_count(),
-        metavar='N',
-        help='worker processes (default: one a core)',
+    workers = parser.add_mutually_exclusive_group()
+    workers.add_argument(
+        '--jobs', type=int, metavar='N', help='worker processes (default: one a core)'
+    )
+    workers.add_argument(
+        '--cluster',
+        metavar='ADDRESS',
+        help='let the workers of a Dask scheduler (HOST:PORT) do it; they must see the '
+        'recordings by the same paths (needs the extra "cluster")',
     )
     parser.add_argument(
         '--out', metavar='DIR', help='folder for the results, new or to go on with'
@@ -72,10 +76,12 @@ def run(args):
     from idem_ros.evaluation.result_folder import OtherResults, open_folder
     from idem_ros.evaluation.settings import Settings
 
-    if args.jobs < 1:
+    if args.jobs is not None and args.jobs < 1:
         raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
     settings = Settings(*(config_from(args, each) for each in REPLAYED))
     bags = _recordings(args.bags)
+    if args.cluster is not None:
+        bags = [bag.absolute() for bag in bags]  # a worker's working directory is another
     try:
         there = open_folder(args.out, _made_with(settings, args)) if args.out else {}
     except OtherResults as error:
@@ -113,11 +119,10 @@ def _made_with(settings, args):
 def _evaluate(tasks, args, there, overall):
     """Take in each outcome as it comes; return whether the user ended it before its time."""
     from idem_ros.commands.evaluation_lines import Lines
-    from idem_ros.evaluation.worker_processes import in_processes
 
     left = {task.path for task in tasks}
     try:
-        with Lines(tasks) as lines, closing(in_processes(tasks, args.jobs, lines.watch)) as ended:
+        with Lines(tasks) as lines, closing(_outcomes(tasks, args, lines)) as ended:
             for index, outcome in ended:
                 _take_in(outcome, args.out, there, overall)
                 left.discard(outcome.path)
@@ -127,6 +132,16 @@ def _evaluate(tasks, args, there, overall):
             overall.add_failure(path, 'interrupted before it was done')
         return True
     return False
+
+
+def _outcomes(tasks, args, lines):
+    if args.cluster is not None:
+        from idem_ros.evaluation.cluster import on_cluster
+
+        return on_cluster(tasks, args.cluster)
+    from idem_ros.evaluation.worker_processes import in_processes
+
+    return in_processes(tasks, args.jobs or os.cpu_count(), lines.watch)
 
 
 def _take_in(outcome, out, there, overall):
