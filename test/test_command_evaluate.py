@@ -161,6 +161,7 @@ def test_results_of_other_settings_are_not_mixed_with_these_or_touched(folder, c
         (['drives', '--voxel-size', '-1'], 2, 'voxel_size'),
         (['drives', '--out', 'no/where'], 1, 'cannot make the folder'),
         (['drives', '--out', 'drives'], 2, 'other files'),
+        (['drives', '--method', 'idem,icp'], 2, 'an evaluation is of one'),
     ],
 )
 def test_what_cannot_begin_is_refused_in_one_line(folder, capsys, argv, code, message):

@@ -2,17 +2,13 @@
 
 import argparse
 import os
+import sys
 from contextlib import closing
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import DATA, INTERRUPTED, OK, UsageError
-from idem_ros.commands.options import (
-    REPLAYED,
-    add_config_options,
-    add_topic_options,
-    config_from,
-    topics_from,
-)
+from idem_ros.commands.options import add_topic_options, topics_from
+from idem_ros.commands.replay_settings import add_settings_options, settings_from
 
 DESCRIPTION = """\
 Replay every recording in worker processes, as `idem replay` does one of them, and
@@ -64,8 +60,7 @@ def add_parser(subparsers):
         '--out', metavar='DIR', help='folder for the results, new or to go on with'
     )
     add_topic_options(parser)
-    for config_type in REPLAYED:
-        add_config_options(parser, config_type=config_type)
+    add_settings_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -74,11 +69,10 @@ def run(args):
     from idem_ros.evaluation.one_recording import Task
     from idem_ros.evaluation.overall import Overall
     from idem_ros.evaluation.result_folder import OtherResults, open_folder
-    from idem_ros.evaluation.settings import Settings
 
     if args.jobs is not None and args.jobs < 1:
         raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
-    settings = Settings(*(config_from(args, each) for each in REPLAYED))
+    settings = _settings(args)
     bags = _recordings(args.bags)
     if args.cluster is not None:
         bags = [bag.absolute() for bag in bags]  # a worker's working directory is another
@@ -91,6 +85,18 @@ def run(args):
     overall = Overall()
     interrupted = _evaluate(tasks, args, there, overall)
     return _summed_up(overall, args.out, interrupted)
+
+
+def _settings(args):
+    every, notes = settings_from(args)
+    if len(every) > 1:
+        raise UsageError(
+            f'--method names {len(every)} methods; an evaluation is of one: '
+            'call it for each, with a folder of its own'
+        )
+    for note in notes:
+        print(f'note: {note}', file=sys.stderr)
+    return every[0]
 
 
 def _recordings(paths):

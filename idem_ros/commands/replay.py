@@ -80,7 +80,7 @@ def run(args):
 def _written(args, bag, settings, topics, notes=()):
     """Replay, write and print; return the exit code and the [`Replay`] of each method."""
     from idem_ros.evaluation.replay import replay_each
-    from idem_ros.evaluation.summary import table
+    from idem_ros.evaluation.summary import table, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
 
     inputs = [bag, args.again] if args.again else [bag]
@@ -90,7 +90,7 @@ def _written(args, bag, settings, topics, notes=()):
     if not any(each.frames for each in replays):
         if replays[0].interrupted:
             raise KeyboardInterrupt
-        raise NothingRefined(_why_nothing(replays[0]))
+        raise NothingRefined(why_nothing(replays[0]))
     replays = [replace(each, notes=(*notes, *each.notes)) for each in replays]
     for each in zip(outputs, replays, settings, strict=True):
         write_outputs(*each, input_)
@@ -138,14 +138,3 @@ def _progress(messages, total):
     from tqdm import tqdm
 
     return tqdm(messages, total=total, unit='msg', leave=False, disable=None)
-
-
-def _why_nothing(replayed):
-    reasons = [refusal.reason for refusal in replayed.refused[:1]]
-    if replayed.unpaired:
-        reasons.append(
-            f'{replayed.unpaired} sources wait for {replayed.unpaired_for} '
-            f'({replayed.unpaired_why})'
-        )
-    reasons.extend(replayed.notes)
-    return f'no source of {replayed.path} could be refined: {"; ".join(reasons) or "it has none"}'

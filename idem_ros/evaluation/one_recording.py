@@ -44,7 +44,7 @@ def evaluated(task, progress=lambda messages, total: messages):
     """
     from idem_ros.evaluation.provenance import made_by
     from idem_ros.evaluation.replay import replay_each
-    from idem_ros.evaluation.summary import json_record
+    from idem_ros.evaluation.summary import json_record, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
 
     try:
@@ -58,7 +58,7 @@ def evaluated(task, progress=lambda messages, total: messages):
     if replayed.interrupted:
         return Outcome(task.path, reason='interrupted before it was done')
     if not replayed.frames:
-        return Outcome(task.path, reason=_why_nothing(replayed))
+        return Outcome(task.path, reason=why_nothing(replayed))
     record = json_record(replayed, made_by(task.settings, replayed.topics, input_))
     return Outcome(task.path, json_text(record), identity=key)
 
@@ -71,14 +71,3 @@ def identity(input_):
 def json_text(record):
     """Return a record as the text of a JSON file."""
     return json.dumps(record, indent=1, allow_nan=False) + '\n'
-
-
-def _why_nothing(replayed):
-    reasons = [refusal.reason for refusal in replayed.refused[:1]]
-    if replayed.unpaired:
-        reasons.append(
-            f'{replayed.unpaired} sources wait for {replayed.unpaired_for} '
-            f'({replayed.unpaired_why})'
-        )
-    reasons.extend(replayed.notes)
-    return f'no source of {replayed.path} could be refined: {"; ".join(reasons) or "it has none"}'

@@ -74,6 +74,18 @@ def table(replayed):
     return '\n'.join([*lines, '', *_counts(replayed)])
 
 
+def why_nothing(replayed):
+    """Say why a `Replay` has no frames."""
+    reasons = [refusal.reason for refusal in replayed.refused[:1]]
+    if replayed.unpaired:
+        reasons.append(
+            f'{replayed.unpaired} sources wait for {replayed.unpaired_for} '
+            f'({replayed.unpaired_why})'
+        )
+    reasons.extend(replayed.notes)
+    return f'no source of {replayed.path} could be refined: {"; ".join(reasons) or "it has none"}'
+
+
 def _frame_record(frame):
     refinement, result = frame.refinement, frame.refinement.result
     before, after = frame.error_before(), frame.error_after()
