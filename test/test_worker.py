@@ -1,5 +1,6 @@
 import threading
 import time
+from concurrent.futures import CancelledError
 
 import pytest
 
@@ -151,3 +152,86 @@ def test_input_after_stop_is_counted_as_dropped_and_stop_may_be_repeated(recorde
     r.worker.stop()
     assert r.results == []
     assert r.worker.dropped == 1
+
+
+def test_paused_worker_keeps_the_newest_input_and_takes_it_when_it_goes_on(recorder):
+    r = recorder()
+    r.worker.pause(True)
+    for item in ('first', 'second', 'newest'):
+        r.worker.submit(item)
+    assert (r.worker.dropped, r.worker.waiting, r.worker.is_busy) == (2, 1, False)
+    assert r.worker.call_soon(lambda: r.results).result(LONG) == []
+    r.worker.pause(False)
+    r.run_next()
+    assert [item for item, _ in r.results] == ['newest']
+    assert r.worker.waiting == 0
+
+
+def test_task_is_called_in_the_thread_even_while_paused(recorder):
+    r = recorder()
+    r.worker.pause(True)
+    name = r.worker.call_soon(lambda: threading.current_thread().name)
+    assert name.result(LONG) == 'idem_worker'
+
+
+def test_task_comes_before_the_next_input_and_drops_none(recorder):
+    r = recorder()
+    r.worker.submit('under way')
+    assert r.started.acquire(timeout=LONG)
+    r.worker.submit('next')
+    future = r.worker.call_soon(lambda: [item for item, _ in r.results])
+    r.run_next()
+    assert future.result(LONG) == ['under way']
+    r.run_next()
+    assert [item for item, _ in r.results] == ['under way', 'next']
+    assert r.worker.dropped == 0
+
+
+def test_task_may_take_what_waits_and_do_the_work_on_it(recorder):
+    r = recorder()
+    r.worker.pause(True)
+    r.worker.submit('waiting')
+    r.proceed.release()
+    r.worker.call_soon(lambda: r.worker.run(r.worker.take_waiting())).result(LONG)
+    assert r.results == [('waiting', 'waiting')]
+    assert r.worker.call_soon(r.worker.take_waiting).result(LONG) is None
+    assert r.worker.dropped == 0
+
+
+def test_error_in_a_task_is_its_callers_and_the_thread_lives_on(recorder):
+    r = recorder()
+    with pytest.raises(ZeroDivisionError):
+        r.worker.call_soon(lambda: 1 / 0).result(LONG)
+    assert r.worker.call_soon(lambda: 'alive').result(LONG) == 'alive'
+    assert r.errors == []
+
+
+def test_stop_cancels_tasks_that_were_not_begun(recorder):
+    r = recorder()
+    r.worker.submit('under way')
+    assert r.started.acquire(timeout=LONG)
+    future = r.worker.call_soon(pytest.fail)
+    stopper = threading.Thread(target=r.worker.stop)
+    stopper.start()
+    with pytest.raises(CancelledError):
+        future.result(LONG)
+    r.proceed.release()
+    stopper.join(LONG)
+    assert not stopper.is_alive()
+    assert r.worker.call_soon(pytest.fail).cancelled()
+
+
+def test_a_thousand_starts_and_stops_leave_no_thread_and_lose_no_count():
+    before = threading.active_count()
+    taken = dropped = 0
+    for _ in range(1000):
+        results = []
+        worker = LatestOnlyWorker(
+            lambda item: item, lambda item, value, kept=results: kept.append(item), pytest.fail
+        )
+        worker.submit(1)
+        worker.submit(2)
+        worker.stop()
+        taken, dropped = taken + len(results), dropped + worker.dropped
+    assert taken + dropped == 2000
+    assert threading.active_count() == before

@@ -1,7 +1,9 @@
 """A worker thread that always takes the newest input and counts those it never took."""
 
 import threading
+from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 _NOTHING = object()
@@ -11,14 +13,15 @@ class LatestOnlyWorker:
     """Run one function in its own thread, on the newest input only.
 
     A one-slot mailbox: an input that is replaced before the thread took it is dropped and
-    counted, so the result never lags more than one input behind. The thread starts at once and
-    ends in `stop`, which joins it.
+    counted, so the result never lags more than one input behind. While it is paused the newest
+    input stays in the mailbox. The thread starts at once and ends in `stop`, which joins it.
 
     Args:
         work: called in the thread with each input; its value goes to `on_result`.
         on_result: called in the thread with (input, value).
         on_error: called in the thread with (input, exception) for whatever `work` or `on_result`
             raised; the thread lives on.
+        is_paused: whether it begins so.
     """
 
     def __init__(
@@ -26,12 +29,15 @@ class LatestOnlyWorker:
         work: Callable[[Any], Any],
         on_result: Callable[[Any, Any], None],
         on_error: Callable[[Any, Exception], None],
+        is_paused: bool = False,
     ):
         self._work = work
         self._on_result = on_result
         self._on_error = on_error
         self._changed = threading.Condition()
         self._newest: Any = _NOTHING
+        self._tasks: deque[tuple[Future, Callable[[], Any]]] = deque()
+        self._is_paused = is_paused
         self._stopping = False
         self._dropped = 0
         self._is_busy = False
@@ -47,9 +53,15 @@ class LatestOnlyWorker:
 
     @property
     def is_busy(self) -> bool:
-        """Whether the work on an input is under way."""
+        """Whether the work on an input, or a task, is under way."""
         with self._changed:
             return self._is_busy
+
+    @property
+    def waiting(self) -> int:
+        """How many inputs are in the mailbox: 0 or 1."""
+        with self._changed:
+            return int(self._newest is not _NOTHING)
 
     def submit(self, item: Any) -> None:
         """Hand over the newest input without blocking; one that still waits is dropped."""
@@ -60,6 +72,40 @@ class LatestOnlyWorker:
                 self._newest = item
                 self._changed.notify()
 
+    def pause(self, is_paused: bool) -> None:
+        """Leave the newest input in the mailbox from now on, or take it again."""
+        with self._changed:
+            self._is_paused = is_paused
+            self._changed.notify()
+
+    def take_waiting(self) -> Any:
+        """Return the input in the mailbox and empty it; None where there is none. For tasks."""
+        with self._changed:
+            item, self._newest = self._newest, _NOTHING
+            return None if item is _NOTHING else item
+
+    def run(self, item: Any) -> None:
+        """Do the work on an input now, as if it had been taken. For tasks, in the thread only."""
+        try:
+            self._on_result(item, self._work(item))
+        except Exception as error:  # a thread that died of one bad cloud would refine nothing
+            self._on_error(item, error)
+
+    def call_soon(self, task: Callable[[], Any]) -> Future:
+        """Call something in the thread before the next input, paused or not, without blocking.
+
+        Returns:
+            A future of its value; cancelled where `stop` comes first.
+        """
+        future: Future = Future()
+        with self._changed:
+            if self._stopping:
+                future.cancel()
+            else:
+                self._tasks.append((future, task))
+                self._changed.notify()
+        return future
+
     def stop(self) -> None:
         """Let the work under way end, drop what waits, and join the thread. May be repeated."""
         with self._changed:
@@ -67,20 +113,38 @@ class LatestOnlyWorker:
             if self._newest is not _NOTHING:
                 self._newest = _NOTHING
                 self._dropped += 1
+            left = list(self._tasks)
+            self._tasks.clear()
             self._changed.notify()
+        for future, _ in left:
+            future.cancel()
         self._thread.join()
 
     def _run(self) -> None:
-        while (item := self._take()) is not _NOTHING:
-            try:
-                self._on_result(item, self._work(item))
-            except Exception as error:  # a thread that died of one bad cloud would refine nothing
-                self._on_error(item, error)
+        while (step := self._next_step()) is not None:
+            step()
 
-    def _take(self) -> Any:
+    def _next_step(self) -> Callable[[], None] | None:
         with self._changed:
             self._is_busy = False
-            self._changed.wait_for(lambda: self._stopping or self._newest is not _NOTHING)
+            self._changed.wait_for(lambda: self._stopping or self._tasks or self._is_due())
+            self._is_busy = not self._stopping
+            if self._stopping:
+                return None
+            if self._tasks:
+                future, task = self._tasks.popleft()
+                return lambda: _settle(future, task)
             item, self._newest = self._newest, _NOTHING
-            self._is_busy = item is not _NOTHING
-            return item
+            return lambda: self.run(item)
+
+    def _is_due(self) -> bool:
+        return self._newest is not _NOTHING and not self._is_paused
+
+
+def _settle(future: Future, task: Callable[[], Any]) -> None:
+    if not future.set_running_or_notify_cancel():
+        return
+    try:
+        future.set_result(task())
+    except Exception as error:  # it is the caller's, who finds it in the future
+        future.set_exception(error)
