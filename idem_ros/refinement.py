@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from time import perf_counter_ns
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,15 @@ from idem_ros.core import (
 )
 from idem_ros.pointcloud2 import PointsRead, read_points
 from idem_ros.preprocessing import Preprocessed, PreprocessingConfig, preprocess
+
+
+class StageTimes(NamedTuple):
+    """What the stages of a refinement took [ms]; a target that was kept costs nothing."""
+
+    reading: float = 0.0
+    preparing: float = 0.0
+    registering: float = 0.0
+    judging: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +54,7 @@ class Refinement:
     """Points left out of both clouds by the range limits and the crop box."""
     thinned: int = 0
     """Points left out of both clouds for `max_points`."""
+    times: StageTimes = StageTimes()
 
 
 @dataclass(frozen=True)
@@ -53,6 +64,8 @@ class PreparedCloud:
     read: PointsRead
     preprocessed: Preprocessed
     cloud: Cloud
+    reading_ms: float
+    preparing_ms: float
 
 
 class Idem:
@@ -78,12 +91,15 @@ class Refiner:
         judge_guess: whether q_tot is evaluated at the guess, too.
         preprocessing: `PreprocessingConfig`; None: its defaults.
         method: what registers, see `Idem`; None: that.
+
+    Attributes:
+        clouds: (target, source) `Cloud`s of the last refinement, as they took part; None before.
     """
 
     def __init__(self, config=None, judge_guess=False, preprocessing=None, method=None):
         self._judge_guess = judge_guess
         self._method = method or Idem()
-        self._target_of = self._target = None
+        self._target_of = self._target = self.clouds = None
         self._last = None, None
         self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
 
@@ -100,7 +116,7 @@ class Refiner:
         Raises:
             IdemError: a cloud cannot be used; the message says which and why.
         """
-        start = perf_counter_ns()
+        watch, kept = Stopwatch(), self._target
         config, preprocessing = self._configs
         frames = (
             pair.target.header.frame_id or pair.guess.target_frame,
@@ -110,13 +126,15 @@ class Refiner:
         target = self._prepared_target(pair.target, preprocessing)
         source = prepared('source', pair.source, preprocessing)
         clouds = target.cloud, source.cloud
+        preparing_ms = watch.lap()
         found = self._method.register(*clouds, T_guess, config)
-        time_ms = (perf_counter_ns() - start) / 1e6
+        registering_ms = watch.lap()
         result = self._method.judged(found, *clouds, config)
         judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
+        self.clouds = clouds
         if result.converged:
             self._last = (frames, pair.jumps), result.T_target_source
-        inputs = target, source
+        fresh = [each for each in (target, source) if each is not kept]
         return Refinement(
             stamp=pair.stamp,
             target_frame=frames[0],
@@ -124,13 +142,14 @@ class Refiner:
             T_guess=T_guess,
             result=result,
             q_tot_before=judged,
-            time_ms=time_ms,
-            points_target=len(target.preprocessed.points),
-            points_source=len(source.preprocessed.points),
-            dropped_nonfinite=sum(each.read.dropped_nonfinite for each in inputs),
-            dropped_zero=sum(each.read.dropped_zero for each in inputs),
-            cropped=sum(each.preprocessed.cropped for each in inputs),
-            thinned=sum(each.preprocessed.thinned for each in inputs),
+            time_ms=preparing_ms + registering_ms,
+            **_counts(target, source),
+            times=StageTimes(
+                reading=sum(each.reading_ms for each in fresh),
+                preparing=sum(each.preparing_ms for each in fresh),
+                registering=registering_ms,
+                judging=watch.lap(),
+            ),
         )
 
     def _guess_of(self, pair, frames) -> NDArray:
@@ -147,6 +166,19 @@ class Refiner:
         return self._target
 
 
+def _counts(target, source):
+    """Return the points of both clouds that take part, and those that do not and why."""
+    inputs = target, source
+    return {
+        'points_target': len(target.preprocessed.points),
+        'points_source': len(source.preprocessed.points),
+        'dropped_nonfinite': sum(each.read.dropped_nonfinite for each in inputs),
+        'dropped_zero': sum(each.read.dropped_zero for each in inputs),
+        'cropped': sum(each.preprocessed.cropped for each in inputs),
+        'thinned': sum(each.preprocessed.thinned for each in inputs),
+    }
+
+
 def prepared(role, message, preprocessing) -> PreparedCloud:
     """Read a PointCloud2 and prepare what of it takes part.
 
@@ -158,10 +190,24 @@ def prepared(role, message, preprocessing) -> PreparedCloud:
     Raises:
         IdemError: it cannot be read, or no point takes part.
     """
+    watch = Stopwatch()
     read = _named(role, read_points, message)
+    reading_ms = watch.lap()
     is_target = role == 'target'
     kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
-    return PreparedCloud(read, kept, Cloud(kept.points))
+    return PreparedCloud(read, kept, Cloud(kept.points), reading_ms, watch.lap())
+
+
+class Stopwatch:
+    """Times stages one after the other."""
+
+    def __init__(self):
+        self._since = perf_counter_ns()
+
+    def lap(self) -> float:
+        """Return the time since it was made, or since the last lap [ms]."""
+        before, self._since = self._since, perf_counter_ns()
+        return (self._since - before) / 1e6
 
 
 def q_tot_at(T_target_source, target, source, radius, config):

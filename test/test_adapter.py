@@ -74,7 +74,8 @@ def test_diagnostics_of_a_result_bear_its_stamp_and_all_values(bench, clouds):
     assert status.name == 'idem_node: registration'
     values = values_of(status)
     assert list(values) == [
-        'q_tot', 'q_mean', 'overlap', 'radius', 'iterations', 'status', 'milliseconds',
+        'q_tot', 'q_mean', 'overlap', 'radius', 'iterations', 'status', 'reason', 'milliseconds',
+        'reading_ms', 'preparing_ms', 'registering_ms', 'judging_ms',
         'points_target', 'points_source', 'cropped', 'thinned', 'dropped',
     ]  # fmt: skip
     assert values['dropped'] == '0'

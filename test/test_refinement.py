@@ -14,12 +14,12 @@ from idem_ros.core import (
     register,
 )
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.diagnostics import OK, WARN, level, refinement_values
+from idem_ros.diagnostics import OK, WARN, level, reason, refinement_values
 from idem_ros.guesses import Guess
 from idem_ros.pairing import Pair
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
 from idem_ros.recording.messages import cloud_message
-from idem_ros.refinement import Refiner
+from idem_ros.refinement import Refiner, prepared
 from idem_ros.transform_message import matrix_of
 
 
@@ -193,10 +193,44 @@ def test_diagnostics_say_in_strings_what_came_out(pair):
     values = refinement_values(refined, dropped=3)
     assert list(values) == [
         *('q_tot', 'q_mean', 'overlap', 'radius'),
-        *('iterations', 'status', 'milliseconds'),
+        *('iterations', 'status', 'reason', 'milliseconds'),
+        *('reading_ms', 'preparing_ms', 'registering_ms', 'judging_ms'),
         *('points_target', 'points_source', 'cropped', 'thinned', 'dropped'),
     ]
     assert all(isinstance(value, str) for value in values.values())
     assert float(values['q_tot']) == refined.result.q_tot
     assert (values['status'], values['dropped']) == ('converged', '3')
     assert level(refined) == OK
+
+
+def test_every_status_has_a_reason_in_words(pair):
+    refined = Refiner().refine(pair)
+    for status in Status:
+        assert len(reason(replace(refined.result, status=status)).split()) > 3
+
+
+def test_time_is_that_of_the_stages_and_a_kept_target_costs_nothing_again(pair, monkeypatch):
+    refiner = Refiner(judge_guess=True)
+    first, second = refiner.refine(pair), refiner.refine(pair)
+    for refined in (first, second):
+        assert min(refined.times) > 0.0
+        assert sum(refined.times[:3]) <= refined.time_ms
+    alone = prepared('source', pair.source, PreprocessingConfig())
+    assert set(map(type, (*first.times, alone.reading_ms, alone.preparing_ms))) == {float}
+    monkeypatch.setattr(
+        refinement,
+        'prepared',
+        lambda role, *given: replace(
+            prepared(role, *given), reading_ms={'target': 100.0, 'source': 7.0}[role]
+        ),
+    )
+    fresh = Refiner()
+    assert [fresh.refine(pair).times.reading for _ in range(2)] == [107.0, 7.0]
+
+
+def test_clouds_of_the_last_refinement_are_kept(pair):
+    refiner = Refiner()
+    assert refiner.clouds is None
+    refined = refiner.refine(pair)
+    points = [refined.points_target, refined.points_source]
+    assert [len(cloud) for cloud in refiner.clouds] == points
