@@ -1,4 +1,5 @@
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ from recordings import scans
 
 from idem_ros.commands.main import main
 from idem_ros.evaluation.result_file import read_result
+from idem_ros.recording.messages import header, transform_message
 from idem_ros.recording.writer import write_mcap
 
 
@@ -108,3 +110,34 @@ def test_an_interruption_before_the_first_result_leaves_no_file(folder, capsys, 
     assert main(['replay', 'scans.mcap', '--json', 'r.json']) == 130
     assert capsys.readouterr().err == 'idem: interrupted\n'
     assert not (folder / 'r.json').exists()
+
+
+def test_odometry_gives_a_trajectory_and_its_errors(folder, capsys):
+    rng = np.random.default_rng(0)
+    messages = list(scans(rng, n=4))
+    still = messages[1]  # the same scan again and again: a sensor that stands still
+    clouds = [
+        ('/points', 10**9 + i, replace(still[2], header=header(i, 'lidar'))) for i in (1, 2, 3)
+    ]
+    poses = [
+        ('/ground_truth', 2 * 10**9 + i, transform_message(np.eye(4), i, 'map', 'lidar'))
+        for i in (1, 2, 3)
+    ]
+    write_mcap('still.mcap', clouds + poses)
+    argv = ['replay', 'still.mcap', '--sequence', 'submap', '--voxel-size', '0.1']
+    assert main([*argv, '--tum', 'r.tum', '--json', 'r.json', '--out', 'r.mcap']) == 0
+    assert 'the trajectory, begun on the truth' in capsys.readouterr().out
+    np.testing.assert_allclose(np.loadtxt('r.tum')[:, 1:], [[0] * 6 + [1]] * 3, atol=5e-3)
+    result = read_result('r.mcap')
+    sequence = result.record['sequence']
+    assert (sequence['map'], sequence['first_stamp']) == ('submap', 1)
+    assert sequence['errors']['ape']['translation_m']['max'] < 5e-3
+    assert result.made_by['sequence'] == 'submap'
+    assert main(['replay', '--again', 'r.mcap']) == 0
+    assert '2 of 2 frames agree bit for bit' in capsys.readouterr().out
+
+
+def test_odometry_has_neither_target_nor_guess(folder, capsys):
+    for option in ('--target-topic', '--guess-topic'):
+        assert main(['replay', 'scans.mcap', '--sequence', 'scan', option, 'x']) == 1
+        assert 'x is named, but a sequence has neither' in capsys.readouterr().err

@@ -24,6 +24,7 @@ examples:
   idem replay run.mcap --voxel-size 0.5 --json result.json --out result.mcap
   idem replay run.mcap --method idem,gicp --start 60 --duration 30 --every 5
   idem replay run.mcap --params refine.yaml
+  idem replay drive.bag --sequence submap --voxel-size 0.5 --tum drive.tum
   idem replay --again result.mcap
 """
 OF_AGAIN = ('bag', 'again', 'json', 'out', 'tum', 'run')
@@ -79,14 +80,14 @@ def run(args):
 
 def _written(args, bag, settings, topics, notes=()):
     """Replay, write and print; return the exit code and the [`Replay`] of each method."""
-    from idem_ros.evaluation.replay import replay_each
+    from idem_ros.evaluation.run import run_each
     from idem_ros.evaluation.summary import table, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
 
     inputs = [bag, args.again] if args.again else [bag]
     outputs = outputs_for(args, inputs, [each.method for each in settings])
     input_ = fingerprint(bag) if args.json or args.out else None
-    replays = replay_each(bag, settings, progress=_progress, **topics)
+    replays = run_each(bag, settings, progress=_progress, **topics)
     if not any(each.frames for each in replays):
         if replays[0].interrupted:
             raise KeyboardInterrupt

@@ -93,14 +93,15 @@ def _refuse_collisions(inputs, files):
 
 
 def _write_tum(file, replayed):
+    import numpy as np
+
     from idem_ros.pose_files import write_tum
 
     refinements = [frame.refinement for frame in replayed.frames]
-    write_tum(
-        file,
-        [refinement.stamp for refinement in refinements],
-        [refinement.result.T_target_source for refinement in refinements],
-    )
+    poses = [(each.stamp, each.result.T_target_source) for each in refinements]
+    if replayed.sequence:
+        poses.insert(0, (replayed.sequence.first_stamp, np.eye(4)))
+    write_tum(file, [stamp for stamp, _ in poses], [pose for _, pose in poses])
 
 
 def _write_text(file, text):

@@ -5,7 +5,7 @@ from argparse import SUPPRESS, ArgumentTypeError
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.options import REPLAYED, add_config_options, config_from
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.evaluation.settings import IDEM, METHODS, Settings
+from idem_ros.evaluation.settings import IDEM, METHODS, SEQUENCES, Settings
 
 
 def add_settings_options(parser):
@@ -35,6 +35,13 @@ def add_settings_options(parser):
         metavar = 'N' if kind is int else 'S'
         parser.add_argument(f'--{name}', metavar=metavar, type=kind, default=SUPPRESS, help=what)
     parser.add_argument(
+        '--sequence',
+        choices=SEQUENCES,
+        default=SUPPRESS,
+        help='odometry over the scans of one topic, from the first on: each against the one '
+        'before, or against the last ten; --tum is the trajectory',
+    )
+    parser.add_argument(
         '--params',
         metavar='FILE',
         default=SUPPRESS,
@@ -53,7 +60,7 @@ def settings_from(args):
     """
     bases, notes = _read(args.params) if hasattr(args, 'params') else ({}, [])
     configs = [config_from(args, kind, bases.get(kind)) for kind in REPLAYED]
-    names = ('max_distance', 'start', 'duration', 'every')
+    names = ('max_distance', 'start', 'duration', 'every', 'sequence')
     others = {name: getattr(args, name) for name in names if hasattr(args, name)}
     methods = dict.fromkeys(getattr(args, 'method', [IDEM]))
     try:

@@ -40,9 +40,9 @@ def settings_of(result):
             f'{result.path} does not say how it was made; a result of this version does'
         )
     settings = {key: value for key, value in made_by.items() if key not in NO_SETTINGS}
-    roles = ('target', 'source', 'guess', 'truth')
-    topics = {f'{role}_topic': made_by['topics'].get(role) for role in roles}
-    return from_record(settings), topics
+    settings = from_record(settings)
+    roles = ('source', 'truth') if settings.sequence else ('target', 'source', 'guess', 'truth')
+    return settings, {f'{role}_topic': made_by['topics'].get(role) for role in roles}
 
 
 def recording_of(result):

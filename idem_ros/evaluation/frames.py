@@ -46,6 +46,18 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Sequence:
+    """What odometry knows beside its frames, whose transforms are poses in the first scan's."""
+
+    map: str
+    """What each scan was registered to, one of `settings.SEQUENCES`."""
+    first_stamp: int
+    """Of the first scan [ns], whose pose is the identity and which has no frame."""
+    errors: dict | None
+    """See `trajectory_report.compared`; None: without truth."""
+
+
+@dataclass(frozen=True)
 class Replay:
     """What became of a recording's sources; every one of them is counted once."""
 
@@ -68,3 +80,5 @@ class Replay:
     """What registered, one of `settings.METHODS`."""
     interrupted: bool = False
     """Whether somebody pressed Ctrl-C; then it is of what was done until then."""
+    sequence: Sequence | None = None
+    """None: pairs were refined."""

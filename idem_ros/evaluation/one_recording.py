@@ -37,13 +37,13 @@ def evaluated(task, progress=lambda messages, total: messages):
 
     Args:
         task: `Task`.
-        progress: see `replay_each`.
+        progress: see `run_each`.
 
     Returns:
         `Outcome`; what is wrong with a recording is in it, not raised.
     """
     from idem_ros.evaluation.provenance import made_by
-    from idem_ros.evaluation.replay import replay_each
+    from idem_ros.evaluation.run import run_each
     from idem_ros.evaluation.summary import json_record, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
 
@@ -52,7 +52,7 @@ def evaluated(task, progress=lambda messages, total: messages):
         key = identity(input_)
         if key in task.done:
             return Outcome(task.path, identity=key)
-        (replayed,) = replay_each(task.path, [task.settings], progress=progress, **task.topics)
+        (replayed,) = run_each(task.path, [task.settings], progress=progress, **task.topics)
     except (IdemError, OSError) as error:
         return Outcome(task.path, reason=str(error))
     if replayed.interrupted:

@@ -12,6 +12,8 @@ from idem_ros.targets import PairingConfig
 
 IDEM = 'idem'
 METHODS = (IDEM, 'icp', 'plane_icp', 'gicp', 'vgicp')
+SCAN = 'scan'
+SEQUENCES = (SCAN, 'submap')
 
 
 class UnknownSettings(IdemError):
@@ -40,6 +42,8 @@ class Settings:
     """For so long [s]; None: to the end."""
     every: int = 1
     """Of these sources every n-th is refined, beginning with the first."""
+    sequence: str | None = None
+    """Odometry over the sources: each against the last one or a submap; None: pairs."""
 
     def __post_init__(self):
         if not (math.isfinite(self.start) and self.start >= 0):
@@ -47,6 +51,7 @@ class Settings:
         if self.duration is not None:
             require_positive('duration', self.duration)
         require_count('every', self.every)
+        require_one_of('sequence', self.sequence, (None, *SEQUENCES))
         require_one_of('method', self.method, METHODS)
         if self.max_distance is not None:
             require_positive('max_distance', self.max_distance)

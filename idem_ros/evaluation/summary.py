@@ -1,8 +1,11 @@
 """A replay in numbers: records for JSON, and a table to read."""
 
 from collections import Counter
+from dataclasses import asdict
 
 import numpy as np
+
+from idem_ros.evaluation.trajectory_report import report
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
 REASONS_SHOWN = 5
@@ -16,8 +19,9 @@ def json_record(replayed, made_by=None):
         made_by: how it was made, see `provenance.made_by`; None: it is not said.
 
     Returns:
-        {'bag', 'method', 'made_by', 'frames', 'summary', 'notes'}
+        {'bag', 'method', 'made_by', 'frames', 'summary', 'notes', and of odometry 'sequence'}
     """
+    sequence = replayed.sequence
     return {
         'bag': replayed.path,
         'method': replayed.method,
@@ -25,6 +29,7 @@ def json_record(replayed, made_by=None):
         'frames': [_frame_record(frame) for frame in replayed.frames],
         'summary': summary(replayed),
         'notes': list(replayed.notes),
+        **({} if sequence is None else {'sequence': asdict(sequence)}),
     }
 
 
@@ -71,6 +76,12 @@ def table(replayed):
     lines.append(
         f'{"milliseconds":24}{"":24}{_number(times["median"])}{_number(times["p95"])} (p95)'
     )
+    if replayed.sequence and replayed.sequence.errors:
+        lines += [
+            '',
+            'the trajectory, begun on the truth:',
+            report(replayed.sequence.errors).rstrip(),
+        ]
     return '\n'.join([*lines, '', *_counts(replayed)])
 
 

@@ -1,0 +1,248 @@
+"""Odometry over one topic of scans: each against the one before, or against the last few."""
+
+from collections import deque
+from dataclasses import dataclass, field, replace
+from time import perf_counter_ns
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from idem_ros.core import Cloud, IdemError, Status, warm_up
+from idem_ros.core.se3 import inverse, transform_points
+from idem_ros.evaluation.frames import Frame, Replay, Sequence
+from idem_ros.evaluation.peers import method_of
+from idem_ros.evaluation.replay import Progress, silent
+from idem_ros.evaluation.selection import Selection
+from idem_ros.evaluation.sequence_errors import errors_of, truth_in
+from idem_ros.evaluation.settings import SCAN
+from idem_ros.evaluation.truths import Truths
+from idem_ros.pairing import Refusal
+from idem_ros.recording.messages import CLOUD, TRANSFORM
+from idem_ros.recording.reader import open_recording
+from idem_ros.recording.topics import Topics, find_topic
+from idem_ros.refinement import PreparedCloud, Refinement, prepared, q_tot_at
+from idem_ros.transform_message import stamp_ns
+
+ODOM = 'odom'
+SCANS_KEPT = 10  # of a submap
+FOUND = (Status.CONVERGED, Status.MAX_ITERATIONS)
+TRUTH = 'ground_truth'
+
+
+def odometry_each(
+    path, settings, *, source_topic=None, truth_topic=None, progress: Progress = silent
+):
+    """Register each scan of a topic to those before it, in several ways at once.
+
+    The frame of the first scan is `odom`; each `Frame` holds the pose of a later scan in it. The
+    guess is the last motion, continued for the time that has passed. Where a registration finds
+    no answer (no overlap, a degenerate scene, too few points), the guess is the pose. Of the
+    scans no more is kept than the next one needs. Ctrl-C ends it; what was done is returned.
+
+    Args:
+        path: a recording, as `open_recording` takes it.
+        settings: [`Settings`] with `sequence` 'scan' or 'submap'; the first says which scans are
+            registered.
+        source_topic: name; None: found by type.
+        truth_topic: name; None: the one that ends in ground_truth, if there is one.
+        progress: see `replay_each`.
+
+    Returns:
+        [`Replay`] of each settings, with its `Sequence`.
+
+    Raises:
+        UnreadableRecording, TopicNotFound: there is nothing to register.
+        PeersMissing: small_gicp is asked for and not installed.
+    """
+    with open_recording(path) as recording:
+        source = find_topic(recording, CLOUD, 'source', source_topic)
+        topics = Topics(source, source, None, _truth_topic(recording, truth_topic))
+        names = [name for name in (topics.source, topics.truth) if name]
+        total = sum(recording.topics[name].count for name in names)
+        warm_up()
+        lanes = [_Odometry(each) for each in settings]
+        pass_ = _Pass(topics, lanes, Selection(settings[0], recording.begin))
+        interrupted = pass_.run(progress(recording.messages(names), total))
+        return pass_.finished(str(path), recording.warnings, interrupted)
+
+
+def continued(step, ratio):
+    """Return a (4, 4) motion that lasts `ratio` times as long, at the same speeds."""
+    motion = np.eye(4)
+    rotation = Rotation.from_matrix(step[:3, :3]).as_rotvec()
+    motion[:3, :3] = Rotation.from_rotvec(ratio * rotation).as_matrix()
+    motion[:3, 3] = ratio * step[:3, 3]
+    return motion
+
+
+def _truth_topic(recording, given):
+    conventional = any(
+        topic.msgtype == TRANSFORM and name.endswith(TRUTH)
+        for name, topic in recording.topics.items()
+    )
+    # any other transform may be a guess, or a calibration
+    return find_topic(recording, TRANSFORM, TRUTH, given) if given or conventional else None
+
+
+@dataclass(frozen=True)
+class _Scan:
+    """A scan that was read."""
+
+    stamp: int
+    log_time: int
+    frame: str
+    cloud: PreparedCloud
+    read_ms: float
+
+
+class _Odometry:
+    """One way to register the scans: where the last one is, and what the next one is held to."""
+
+    def __init__(self, settings):
+        self.settings = settings
+        self.method = method_of(settings)
+        self.results = []
+        self._T_odom_last = np.eye(4)
+        self._step = np.eye(4)  # from the scan before the last one to the last one
+        self._stamps = deque(maxlen=2)
+        self._map = deque(maxlen=1 if settings.sequence == SCAN else SCANS_KEPT)
+
+    def outcome(self, scan):
+        """Register a scan; return (its pose in odom, `Refinement`), for the first (I, None)."""
+        if not self._map:
+            return np.eye(4), None
+        start = perf_counter_ns()
+        T_guess = self._T_odom_last @ self._continued(scan.stamp)
+        target, T_odom_target = self._target()
+        T_target_guess = inverse(T_odom_target) @ T_guess
+        clouds, config = (target, scan.cloud.cloud), self.settings.config
+        found = self.method.register(*clouds, T_target_guess, config)
+        time_ms = (perf_counter_ns() - start) / 1e6 + scan.read_ms
+        result = self.method.judged(found, *clouds, config)
+        T = T_odom_target @ result.T_target_source if result.status in FOUND else T_guess
+        return T, Refinement(
+            stamp=scan.stamp,
+            target_frame=ODOM,
+            source_frame=scan.frame,
+            T_guess=T_guess,
+            result=replace(result, T_target_source=T),
+            q_tot_before=q_tot_at(T_target_guess, *clouds, result.radius, config),
+            time_ms=time_ms,
+            points_target=len(target),
+            points_source=len(scan.cloud.preprocessed.points),
+            dropped_nonfinite=scan.cloud.read.dropped_nonfinite,
+            dropped_zero=scan.cloud.read.dropped_zero,
+            cropped=scan.cloud.preprocessed.cropped,
+            thinned=scan.cloud.preprocessed.thinned,
+        )
+
+    def keep(self, scan, T_odom_scan, refinement):
+        """Go on from a scan and its pose."""
+        if refinement is not None:
+            self._step = inverse(self._T_odom_last) @ T_odom_scan
+            self.results.append((scan.log_time, refinement))
+        self._T_odom_last = T_odom_scan
+        self._stamps.append(scan.stamp)
+        self._map.append(self._kept(scan, T_odom_scan))
+
+    def _kept(self, scan, T_odom_scan):
+        cloud = scan.cloud.cloud
+        if self.settings.sequence == SCAN:
+            return cloud
+        if (size := self.settings.config.voxel_size) is not None:
+            cloud = cloud.reduced(size)
+        return transform_points(T_odom_scan, cloud.points + cloud.origin)
+
+    def _target(self):
+        """Return what the next scan is registered to, and where that is in odom."""
+        if self.settings.sequence == SCAN:
+            return self._map[0], self._T_odom_last
+        return Cloud(np.concatenate(self._map)), np.eye(4)
+
+    def _continued(self, stamp):
+        if len(self._stamps) < 2:
+            return np.eye(4)
+        before, last = self._stamps
+        return continued(self._step, (stamp - last) / (last - before))
+
+
+@dataclass
+class _Pass:
+    """The state of one pass over the scans."""
+
+    topics: Topics
+    lanes: list[_Odometry]
+    selection: Selection
+    truths: Truths = field(default_factory=Truths)
+    refused: list = field(default_factory=list)
+    first: tuple | None = None
+    """(stamp, frame) of the first scan."""
+    last: int | None = None
+
+    def run(self, messages):
+        """Take every message; return whether somebody interrupted it."""
+        try:
+            for topic, log_time, message in messages:
+                if topic == self.topics.truth:
+                    self.truths.add(message)
+                elif self.selection.takes(log_time):
+                    self._register(log_time, message)
+                elif self.selection.is_over(log_time) and self._has_truth():
+                    break
+        except KeyboardInterrupt:
+            return True
+        return False
+
+    def _has_truth(self):
+        return not self.topics.truth or self.last is None or self.last in self.truths
+
+    def _register(self, log_time, message):
+        stamp = stamp_ns(message)
+        try:
+            if self.last is not None and stamp <= self.last:
+                raise IdemError('its stamp is not later than that of the scan before it')
+            scan = self._read(stamp, log_time, message)
+            # all of them first: after an interruption each lane has the same scans
+            outcomes = [lane.outcome(scan) for lane in self.lanes]
+        except IdemError as error:
+            self.refused.append(Refusal(stamp, str(error)))
+            return
+        for lane, outcome in zip(self.lanes, outcomes, strict=True):
+            lane.keep(scan, *outcome)
+        self.first = self.first or (stamp, scan.frame)
+        self.last = stamp
+
+    def _read(self, stamp, log_time, message):
+        start = perf_counter_ns()
+        cloud = prepared('source', message, self.lanes[0].settings.preprocessing)
+        read_ms = (perf_counter_ns() - start) / 1e6
+        return _Scan(stamp, log_time, message.header.frame_id, cloud, read_ms)
+
+    def finished(self, path, warnings, interrupted):
+        replays = [self._finished(lane, path, interrupted) for lane in self.lanes]
+        said = ['interrupted: what came later in the recording is not in here'] * interrupted
+        said += [note] if (note := self.selection.note()) else []
+        if self.first and not replays[0].frames:
+            said.append('of the scans only one can be used; there is nothing to register it to')
+        notes = (*said, *self.truths.notes, *warnings)
+        return [replace(each, notes=(*each.notes, *notes)) for each in replays]
+
+    def _finished(self, lane, path, interrupted):
+        stamp, frame = self.first or (0, '')
+        poses = {stamp: np.eye(4)} if self.first else {}
+        poses |= {r.stamp: r.result.T_target_source for _, r in lane.results}
+        truth = truth_in(self.truths, poses, frame)
+        errors, note = errors_of(self.truths.trajectory(frame), poses)
+        return Replay(
+            path=path,
+            topics=self.topics,
+            frames=tuple(Frame(log, r, truth.get(r.stamp)) for log, r in lane.results),
+            refused=tuple(self.refused),
+            dropped=0,
+            unpaired=0,
+            unpaired_for='',
+            notes=(note,) if note and self.topics.truth else (),
+            method=lane.settings.method,
+            interrupted=interrupted,
+            sequence=Sequence(lane.settings.sequence, stamp, errors),
+        )
