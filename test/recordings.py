@@ -46,10 +46,14 @@ def write_sqlite3(folder, messages):
     write_rosbag2(folder, messages, StoragePlugin.SQLITE3)
 
 
-def write_rosbag1(path, messages):
+def write_rosbag1(path, messages, compression=None, chunk=2**20):
     """Write a ROS 1 bag: the same messages, whose headers get a sequence number."""
     store = get_typestore(Stores.ROS1_NOETIC)
-    with Writer1(path) as writer:
+    writer = Writer1(path)
+    writer.chunk_threshold = chunk
+    if compression:
+        writer.set_compression(compression)
+    with writer:
         connections = {}
         for topic, log_time, message in messages:
             msgtype = message.__msgtype__

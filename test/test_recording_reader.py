@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 from recordings import scans, write_rosbag1, write_rosbag2, write_sqlite3
+from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 
 from idem_ros.pointcloud2 import read_points
@@ -121,8 +122,9 @@ def test_a_damaged_chunk_of_a_cut_off_mcap_is_not_believed(long_recording):
     content[middle : middle + 8] = bytes(8)
     long_recording.write_bytes(content)
     with open_recording(long_recording) as recording:
-        assert 4 <= len(list(recording.messages(recording.topics))) <= 13
+        assert 20 <= len(list(recording.messages(recording.topics))) < 25
     assert 'cut off or damaged' in recording.warnings[0]
+    assert 'chunks left out: 1' in recording.warnings[0]
 
 
 def test_messages_outside_of_chunks_are_salvaged_one_by_one(tmp_path, rng):
@@ -148,16 +150,34 @@ def test_messages_outside_of_chunks_are_salvaged_one_by_one(tmp_path, rng):
     assert [logged[:2] for logged in read] == [logged[:2] for logged in messages[:-1]]
 
 
-def test_a_damaged_chunk_ends_the_recording_with_a_warning(long_recording):
+def test_a_damaged_chunk_is_left_out_with_a_warning_and_what_follows_is_read(long_recording):
+    with open_recording(long_recording) as recording:
+        whole = [logged[:2] for logged in recording.messages(recording.topics)]
     content = bytearray(long_recording.read_bytes())
-    middle = len(content) // 2
-    content[middle : middle + 8] = bytes(8)
+    content[len(content) // 2] ^= 1  # one bit of a point: only the CRC can tell
     long_recording.write_bytes(content)
     with open_recording(long_recording) as recording:
-        read = list(recording.messages(recording.topics))
+        read = [logged[:2] for logged in recording.messages(recording.topics)]
         (warning,) = recording.warnings
-    assert 0 < len(read) < 33
-    assert f'after {len(read)} messages' in warning
+    assert set(read) < set(whole)
+    assert read == sorted(read, key=lambda logged: logged[1])
+    assert (read[0], read[-1]) == (whole[0], whole[-1])
+    assert 20 <= len(read) < len(whole) == 25
+    assert f'{len(read)} of 25 messages can be read; chunks left out: 1' in warning
+    assert 'checksum' in warning
+
+
+def test_messages_that_are_promised_and_do_not_come_are_told(tmp_path, rng):
+    messages = list(scans(rng))
+    folder = mcap_folder(tmp_path, messages)
+    (file,) = folder.glob('*.mcap')
+    bare_mcap(tmp_path, messages).replace(
+        file
+    )  # other QoS than in metadata.yaml: rosbags skips it
+    with open_recording(folder) as recording:
+        assert list(recording.messages(recording.topics)) == []
+    (warning,) = recording.warnings
+    assert '0 of the 10 messages' in warning
 
 
 @pytest.mark.parametrize(
@@ -168,7 +188,8 @@ def test_a_damaged_chunk_ends_the_recording_with_a_warning(long_recording):
         ('garbage.db3', b'this is no recording at all, yet long enough', 'cannot be read'),
         ('garbage.bag', b'this is no recording at all, yet long enough', 'cannot be read'),
         ('nothing.bag', b'', 'cannot be read'),
-        ('start.mcap', b'\x89MCAP0\r\n', 'cannot be read'),
+        ('start.mcap', b'\x89MCAP0\r\n', 'none of its 8 bytes make a message'),
+        ('start.bag', b'#ROSBAG V2.0\n', 'none of its 13 bytes make a message'),
         ('scan.zip', b'PK', 'suffix must be .mcap, .db3, .bag'),
     ],
 )
@@ -184,11 +205,82 @@ def test_what_is_no_recording_is_refused_in_one_line_with_its_name(
     assert '\n' not in str(refused.value)
 
 
-def test_a_ros1_bag_that_is_cut_off_is_refused(tmp_path, rng):
+@pytest.mark.parametrize('compression', [None, *Writer1.CompressionFormat])
+@pytest.mark.parametrize('kept', [0.4, 0.999])
+def test_of_a_ros1_bag_that_is_cut_off_the_beginning_is_read(tmp_path, rng, compression, kept):
+    whole = list(scans(rng, n=6))
+    path = tmp_path / 'scans.bag'
+    write_rosbag1(path, whole, compression, chunk=10_000)
+    content = path.read_bytes()
+    size = int(kept * len(content))
+    path.write_bytes(content[:size])
+    with open_recording(path) as recording:
+        read = list(recording.messages(recording.topics))
+        (warning,) = recording.warnings
+    assert [logged[:2] for logged in read] == [logged[:2] for logged in whole[: len(read)]]
+    assert len(read) >= kept * len(whole) - 7  # a chunk, and the index
+    assert len(read) == sum(topic.count for topic in recording.topics.values())
+    np.testing.assert_array_equal(read_points(read[1][2]).points, read_points(whole[1][2]).points)
+    assert f'{len(read)} messages can be read' in warning
+    assert f'of its {size} bytes' in warning
+
+
+def test_a_ros1_bag_whose_recorder_crashed_has_no_index_and_is_read(tmp_path, rng):
     path = ros1_bag(tmp_path, scans(rng))
-    path.write_bytes(path.read_bytes()[:-3000])
-    with pytest.raises(UnreadableRecording, match=r'scans\.bag'), open_recording(path):
+    content = path.read_bytes()
+    key = b'index_pos='
+    at = content.index(key) + len(key)
+    path.write_bytes(content[:at] + bytes(8) + content[at + 8 :])
+    with open_recording(path) as recording:
+        assert recording.topics == TOPICS
+        assert len(list(recording.messages(recording.topics))) == 10
+    assert 'not indexed' in recording.warnings[0]
+
+
+def test_a_damaged_chunk_of_a_ros1_bag_is_left_out(tmp_path, rng):
+    path = tmp_path / 'scans.bag'
+    write_rosbag1(path, scans(rng, n=6), Writer1.CompressionFormat.BZ2, chunk=10_000)
+    content = bytearray(path.read_bytes())
+    at = content.index(b'BZh', len(content) // 2) + 20
+    content[at : at + 50] = bytes(50)
+    path.write_bytes(content)
+    with open_recording(path) as recording:
+        read = [logged[1] for logged in recording.messages(recording.topics)]
+        (warning,) = recording.warnings
+    assert read == sorted(read)
+    assert 12 <= len(read) < 19
+    assert f'{len(read)} of 19 messages can be read; chunks left out: 1' in warning
+
+
+def test_of_a_folder_with_one_file_that_cannot_be_read_the_others_are(tmp_path, rng):
+    messages = list(scans(rng))
+    write_mcap(tmp_path / 'b_0.mcap', messages)
+    (tmp_path / 'b_1.mcap').write_bytes(b'')
+    with open_recording(tmp_path) as recording:
+        assert len(list(recording.messages(recording.topics))) == 10
+    (warning,) = recording.warnings
+    assert 'b_1.mcap' in warning
+    (tmp_path / 'b_0.mcap').write_bytes(b'')
+    with pytest.raises(UnreadableRecording, match=r'b_0\.mcap'), open_recording(tmp_path):
         pass
+
+
+def test_a_message_that_cannot_be_decoded_ends_the_recording_with_a_warning(tmp_path, rng):
+    path = tmp_path / 'scans.mcap'
+    messages = list(scans(rng))
+    with path.open('wb') as stream:
+        writer = Writer(stream)
+        writer.start(profile='ros2')
+        definition, _ = typestore().generate_msgdef(TRANSFORM, ros_version=2)
+        schema = writer.register_schema(TRANSFORM, 'ros2msg', definition.encode())
+        channel = writer.register_channel('/guess', 'cdr', schema)
+        whole = bytes(typestore().serialize_cdr(messages[2][2], TRANSFORM))
+        for i, raw in enumerate((whole, whole[:20], whole)):
+            writer.add_message(channel, i, raw, i)
+        writer.finish()
+    with open_recording(path) as recording:
+        assert [logged[1] for logged in recording.messages(['/guess'])] == [0]
+    assert '1 of 3 messages' in recording.warnings[0]
 
 
 def test_a_missing_path_and_an_empty_folder_are_refused(tmp_path):

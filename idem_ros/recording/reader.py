@@ -1,7 +1,7 @@
 """Read recordings of ROS 1 and ROS 2 lazily, without ROS."""
 
 import heapq
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from rosbags.highlevel import AnyReader
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.recording.messages import typestore
-from idem_ros.recording.salvage import SalvagedMcap
+from idem_ros.recording.salvage import FORMATS, Salvaged
 
 SUFFIXES = ('.mcap', '.db3', '.bag')
 
@@ -57,7 +57,8 @@ class Recording:
 def open_recording(path):
     """Open a bare MCAP or db3, a rosbag2 folder (with metadata.yaml or without) or a ROS 1 bag.
 
-    An MCAP that is cut off is read as far as it goes; `Recording.warnings` then says how far.
+    An MCAP or ROS 1 bag that is cut off or has no index is read as far as it goes, and damaged
+    chunks are passed over; `Recording.warnings` then says how much was read.
 
     Args:
         path: file or folder.
@@ -76,7 +77,7 @@ def open_recording(path):
             parts = [stack.enter_context(_opened(path))]
         except Exception as error:  # damaged bytes raise anything, from struct.error to KeyError
             # a folder without metadata.yaml, or with one damaged file, opens file by file
-            parts = [_open_file(stack, file, error, warnings) for file in files]
+            parts = _open_each(stack, files, error, warnings)
         begin = min(part.begin for part in parts)
         yield Recording(path, _topics(parts), warnings, begin, tuple(parts))
 
@@ -104,9 +105,10 @@ def _suffixes():
 
 
 class _IntactPart:
-    """What rosbags reads, with the interface of `SalvagedMcap`."""
+    """What rosbags reads, with the interface of `Salvaged`."""
 
-    def __init__(self, reader):
+    def __init__(self, path, reader):
+        self.path = path
         self._reader = reader
         self.msgtypes = {name: topic.msgtype or '' for name, topic in reader.topics.items()}
         self.counts = {name: topic.msgcount for name, topic in reader.topics.items()}
@@ -123,7 +125,21 @@ class _IntactPart:
 @contextmanager
 def _opened(path):
     with AnyReader([path], default_typestore=typestore()) as reader:
-        yield _IntactPart(reader)
+        yield _IntactPart(path, reader)
+
+
+def _open_each(stack, files, error, warnings):
+    """Open what can be opened; the rest is a warning, unless it is all."""
+    parts, refused = [], []
+    for file in files:
+        try:
+            parts.append(_open_file(stack, file, error, warnings))
+        except UnreadableRecording as own_error:
+            refused.append(own_error)
+    if not parts:
+        raise refused[0]
+    warnings.extend(str(each) for each in refused)
+    return parts
 
 
 def _open_file(stack, file, error, warnings):
@@ -131,16 +147,17 @@ def _open_file(stack, file, error, warnings):
         return stack.enter_context(_opened(file))
     except Exception as own_error:
         error = own_error
-    salvaged = SalvagedMcap(file) if file.suffix == '.mcap' else None
-    if not (salvaged and salvaged.counts):
-        raise UnreadableRecording(f'{file} cannot be read: {_reason(error)}') from error
+    salvaged = Salvaged(file) if file.suffix in FORMATS else None
     size = file.stat().st_size
-    warnings.append(
-        f'{file} is cut off or damaged ({_reason(error)}): '
-        f'{salvaged.counts.total()} messages can be read, '
-        f'from {salvaged.bytes_read} of its {size} bytes'
-    )
-    return salvaged
+    if salvaged and salvaged.counts:
+        warnings.append(
+            f'{file} is cut off or damaged ({_reason(error)}): '
+            f'{salvaged.counts.total()} messages can be read, '
+            f'from {salvaged.bytes_read} of its {size} bytes{_left_out([salvaged])}'
+        )
+        return salvaged
+    of_it = f', and none of its {size} bytes make a message' if salvaged and size else ''
+    raise UnreadableRecording(f'{file} cannot be read: {_reason(error)}{of_it}') from error
 
 
 def _topics(parts):
@@ -153,16 +170,42 @@ def _topics(parts):
 
 
 def _until_damaged(part, topics, recording):
-    count = 0
+    """Yield the messages of a part; where it is damaged, go on with what can be read after it."""
+    total = sum(part.counts[topic] for topic in topics if topic in part.counts)
+    count, last = 0, -1
     try:
         for logged in part.messages(topics):
             yield logged
             count += 1
+            last = logged[1]
     except Exception as error:  # see open_recording
-        recording.warnings.append(
-            f'{recording.path} is damaged after {count} messages, the rest is left out: '
-            f'{_reason(error)}'
-        )
+        reason = _reason(error)
+    else:
+        if count < total:  # rosbags skips topics whose QoS is another in metadata.yaml
+            recording.warnings.append(
+                f'{part.path}: only {count} of the {total} messages it should have were found; '
+                'is its metadata.yaml of another recording?'
+            )
+        return
+    salvaged = [Salvaged(file) for file in recording_files(part.path) if file.suffix in FORMATS]
+    for logged in _after(salvaged, topics, last):
+        yield logged
+        count += 1
+    recording.warnings.append(
+        f'{part.path} is damaged ({reason}): {count} of {total} messages can be read'
+        f'{_left_out(salvaged)}'
+    )
+
+
+def _after(salvaged, topics, last):
+    with suppress(Exception):  # see open_recording; what cannot be read even so ends it
+        for each in salvaged:
+            yield from each.messages(topics, after=last)
+
+
+def _left_out(salvaged):
+    chunks = sum(each.chunks_left_out for each in salvaged)
+    return f'; chunks left out: {chunks}' if chunks else ''
 
 
 def _reason(error):

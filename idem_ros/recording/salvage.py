@@ -1,65 +1,114 @@
-"""Read what is left of an MCAP without its end: a recorder that crashed, a copy cut short."""
+"""Read what is left of a damaged recording: the recorder crashed, a copy was cut short."""
 
 from collections import Counter
+from typing import NamedTuple
 
-from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
+from mcap.records import Channel, Chunk, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from idem_ros.recording.salvage_ros1 import ros1_messages
 
-class SalvagedMcap:
-    """The messages of an MCAP from its beginning to the first record that cannot be read.
+NEVER = 2**63 - 1  # [ns]; as rosbags has it for an empty recording
+
+
+class Logged(NamedTuple):
+    """A message as it lies in a recording."""
+
+    topic: str
+    msgtype: str
+    definition: str
+    """Of the type and all that it uses, as text."""
+    log_time: int
+    raw: bytes
+    position: int
+    """How far the file was read for it."""
+
+
+def mcap_messages(path):
+    """Yield the `Logged` messages of an MCAP, None for each chunk that is damaged."""
+    schemas, channels = {}, {}
+    with path.open('rb') as stream:
+        for record in _whole(StreamReader(stream, emit_chunks=True).records):
+            inner = _records_of(record)
+            if inner is None:
+                yield None
+                continue
+            for each in inner:
+                if isinstance(each, Schema):
+                    schemas[each.id] = each
+                elif isinstance(each, Channel):
+                    channels[each.id] = each
+                elif isinstance(each, Message):
+                    channel = channels.get(each.channel_id)
+                    schema = channel and schemas.get(channel.schema_id)
+                    if schema and schema.encoding == 'ros2msg':
+                        definition = schema.data.decode()
+                        found = channel.topic, schema.name, definition, each.log_time, each.data
+                        yield Logged(*found, stream.tell())
+
+
+FORMATS = {
+    '.mcap': (mcap_messages, 'deserialize_cdr'),
+    '.bag': (lambda path: ros1_messages(path, Logged), 'deserialize_ros1'),
+}
+
+
+class Salvaged:
+    """The messages of a damaged recording that can be read, in the order of the file.
+
+    Args:
+        path: with a suffix among `FORMATS`.
 
     Attributes:
         msgtypes: {topic: type} of what was found.
         counts: {topic: messages that can be read}.
+        begin: the earliest log time among them [ns].
         bytes_read: how far the file could be read.
-        begin: log time of the first message [ns].
+        chunks_left_out: how many chunks before that are damaged.
     """
 
     def __init__(self, path):
-        self._path = path
+        self.path = path
+        self._logged, deserialize = FORMATS[path.suffix]
         self.msgtypes = {}
         self.counts = Counter()
-        self.bytes_read = 0
-        self._typestore = get_typestore(Stores.EMPTY)
-        self.begin = 0
-        for schema, channel, message, position in self._records():
-            self.begin = self.begin if self.counts else message.log_time
-            if channel.topic not in self.msgtypes:
-                self.msgtypes[channel.topic] = schema.name
-                self._typestore.register(get_types_from_msg(schema.data.decode(), schema.name))
-            self.counts[channel.topic] += 1
-            self.bytes_read = position
+        self.bytes_read = self.chunks_left_out = 0
+        self.begin = NEVER
+        typestore = get_typestore(Stores.EMPTY)
+        self._deserialize = getattr(typestore, deserialize)
+        for logged in self._logged(path):
+            if logged is None:
+                self.chunks_left_out += 1
+                continue
+            if logged.topic not in self.msgtypes:
+                self.msgtypes[logged.topic] = logged.msgtype
+                typestore.register(get_types_from_msg(logged.definition, logged.msgtype))
+            self.counts[logged.topic] += 1
+            self.bytes_read = logged.position
+            self.begin = min(self.begin, logged.log_time)
 
-    def messages(self, topics):
-        """Yield (topic, log time [ns], message) of some topics, in the order of the file."""
-        for schema, channel, message, _ in self._records():
-            if channel.topic in topics:
-                yield (
-                    channel.topic,
-                    message.log_time,
-                    self._typestore.deserialize_cdr(message.data, schema.name),
-                )
-
-    def _records(self):
-        schemas, channels = {}, {}
-        with self._path.open('rb') as stream:
-            records = StreamReader(stream, validate_crcs=True).records
-            while (record := _next_intact(records)) is not None:
-                if isinstance(record, Schema):
-                    schemas[record.id] = record
-                elif isinstance(record, Channel):
-                    channels[record.id] = record
-                elif isinstance(record, Message):
-                    channel = channels.get(record.channel_id)
-                    schema = channel and schemas.get(channel.schema_id)
-                    if schema and schema.encoding == 'ros2msg':
-                        yield schema, channel, record, stream.tell()
+    def messages(self, topics, after=-1):
+        """Yield (topic, log time [ns], message) of some topics, logged after a time."""
+        for logged in self._logged(self.path):
+            if logged and logged.topic in topics and logged.log_time > after:
+                message = self._deserialize(logged.raw, logged.msgtype)
+                yield logged.topic, logged.log_time, message
 
 
-def _next_intact(records):
+def _whole(records):
+    """Yield records up to the first that cannot be told from the next."""
     try:
-        return next(records, None)
-    except Exception:  # damaged bytes raise anything: struct.error, UnicodeDecodeError, ZstdError
+        yield from records
+    except Exception:  # damaged bytes raise anything: struct.error, UnicodeDecodeError
+        return
+
+
+def _records_of(record):
+    """Return the records of a chunk, or any other record alone; None: it is damaged."""
+    if not isinstance(record, Chunk):
+        return [record]
+    try:
+        return breakup_chunk(record, validate_crc=True)
+    except Exception:  # see `_whole`; and ZstdError
         return None
