@@ -5,7 +5,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint docs bench clean help
+INSTALLED := .venv-installed
+INSTALLED_BIN := $(INSTALLED)/bin
+CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
+
+.PHONY: demo test lint docs bench wheel colcon soak clean help
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -13,7 +17,9 @@ help:
 	@echo 'make lint    check style'
 	@echo 'make docs    write the tables and the picture of the README again'
 	@echo 'make bench   measure accuracy and time'
-	@echo 'make clean   remove the virtual environment and what was built'
+	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
+	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
+	@echo 'make clean   remove the virtual environments and what was built'
 
 demo: $(READY)
 	$(BIN)/idem demo
@@ -33,8 +39,24 @@ bench: $(READY)
 	$(BIN)/idem bench accuracy --markdown docs/bench_accuracy.md
 	$(BIN)/idem bench speed --markdown docs/bench_speed.md
 
+# build/lib is removed: setuptools would pack what is no longer in the checkout
+wheel: $(INSTALLED)/.ready
+	rm -rf build/lib build/wheel
+	$(INSTALLED_BIN)/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
+	$(INSTALLED_BIN)/python -m pip install --quiet --force-reinstall --no-deps build/wheel/*.whl
+	IDEM_EXECUTABLES=$(INSTALLED_BIN) IDEM_SHARE=$(INSTALLED)/share/idem_ros $(CHECK)
+
+# colcon writes the path of its own python into the nodes: it must be one that has rclpy
+colcon: $(INSTALLED)/.ready
+	rm -rf build/lib
+	$(INSTALLED_BIN)/python -m colcon build --merge-install --paths .
+	. ./install/setup.sh && \
+		IDEM_EXECUTABLES=install/lib/idem_ros IDEM_SHARE=install/share/idem_ros $(CHECK)
+	ROS_PYTHON_CHECK_FIELDS=1 $(INSTALLED_BIN)/python -m colcon test --merge-install --paths . \
+		--event-handlers console_direct+ --return-code-on-test-failure --pytest-args $(ARGS)
+
 clean:
-	rm -rf $(VENV) build install log *.egg-info
+	rm -rf $(VENV) $(INSTALLED) build install log *.egg-info
 
 $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
@@ -43,4 +65,13 @@ $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 		--editable '.[ros,plot,bench,cluster,test]' --constraint constraints.txt
+	@touch $@
+
+# not the environment of the checkout: nothing of the source is found here, nor is colcon there
+$(INSTALLED)/.ready: setup.py setup.cfg pyproject.toml constraints.txt
+	@echo 'Setting up $(INSTALLED) (once, about two minutes) ...'
+	$(PYTHON) -m venv $(INSTALLED)
+	$(INSTALLED_BIN)/python -m pip install --quiet --disable-pip-version-check \
+		'.[ros,plot,bench,test]' colcon-ros colcon-output colcon-test-result \
+		--constraint constraints.txt
 	@touch $@
