@@ -20,6 +20,7 @@ setup(
     maintainer_email='maintainers@idem-ros.invalid',
     python_requires='>=3.10',
     packages=find_packages(exclude=['test', 'test.*']),
+    package_data={f'{PACKAGE}.evaluation': ['report.css', 'report.js']},
     install_requires=[
         'setuptools',
         'numpy',

@@ -17,6 +17,7 @@ from idem_ros.commands import (
     play,
     register,
     replay,
+    report,
     simulate,
     trajectory,
 )
@@ -28,6 +29,7 @@ COMMANDS = (
     bag,
     replay,
     evaluate,
+    report,
     gate,
     compare,
     trajectory,

@@ -1,0 +1,58 @@
+"""`idem report`: results of replays as one page that opens without a network."""
+
+import argparse
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import OK, UsageError
+
+DESCRIPTION = """\
+Write a report on one RESULT or several, side by side, into the new folder DIR:
+
+  report.html   one page, complete in itself: summary, errors and q_tot over time,
+                distribution and cumulative plots, before against after, times, and
+                the ten worst frames with both clouds from above and q_tot around
+                the result; tables to download as CSV
+  *.png, *.csv  the same pictures and tables as files
+
+Without ground truth it shows q_tot before and after, the overlap and how smooth
+the trajectory is. The recordings that the results name are read again for the
+pictures; where one is not found (as it was named, or beside its result), the page
+says so and shows the numbers. Nothing that exists is overwritten.
+"""
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'report',
+        help='results as one HTML page with plots and the worst frames',
+        description=DESCRIPTION,
+        epilog='example: idem report result.json --out report',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        'results', metavar='RESULT', nargs='+', help='what `idem replay --json` or --out wrote'
+    )
+    parser.add_argument('--out', metavar='DIR', required=True, help='folder to make')
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Check, write, say where the page is."""
+    if len({Path(file).resolve() for file in args.results}) < len(args.results):
+        raise UsageError(f'among {", ".join(args.results)} a file is named twice')
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise UsageError('the plots need matplotlib: pip install "idem_ros[plot]"') from error
+    from idem_ros.evaluation.report import write_report
+
+    page = write_report(args.results, args.out, _progress)
+    print(f'{page}: {page.stat().st_size / 1e6:.1f} MB')
+    return OK
+
+
+def _progress(frames, total):
+    from tqdm import tqdm
+
+    return tqdm(frames, total=total, unit='frame', leave=False, disable=None)

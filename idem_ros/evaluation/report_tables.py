@@ -1,0 +1,154 @@
+"""The tables of a report: rows of plain values, for the page and for CSV files alike."""
+
+import csv
+import io
+import json
+from collections import Counter
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from idem_ros.evaluation.report_runs import MEASURES
+from idem_ros.evaluation.result_file import COUNTS
+
+WHEN = ('before', 'after')
+STATISTICS = {'median': 50, 'p90': 90, 'max': 100}
+WORST = ('translation_error_m', 'rotation_error_deg', 'q_mean', 'q_tot', 'overlap', 'time_ms')
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells are text, numbers, or None where a number is unknown."""
+
+    header: tuple[str, ...]
+    rows: list[tuple]
+
+
+def outcomes(runs):
+    """Return what became of the sources of each run, and how long it took."""
+    times = [f'time {name} [ms]' for name in ('median', 'p95', 'max')]
+    header = ('result', 'recording', *COUNTS, 'status', *times)
+    rows = []
+    for run in runs:
+        counts = [run.result.counts[name] for name in COUNTS]
+        time_ms = _percentiles(run.values('time_ms'), (50, 95, 100))
+        rows.append((run.name, run.result.bag, *counts, _statuses(run.result), *time_ms))
+    return Table(header, rows)
+
+
+def before_and_after(runs):
+    """Return median, 90th percentile and maximum of each measure, at the guess and refined."""
+    header = ('number', 'result', *(f'{n} {when}' for n, when in product(STATISTICS, WHEN)))
+    rows = []
+    for measure, run in product(MEASURES, runs):
+        before, after = (
+            _percentiles(run.values(name), STATISTICS.values())
+            for name in (measure.before, measure.name)
+        )
+        if after[0] is not None or before[0] is not None:
+            pairs = [number for pair in zip(before, after, strict=True) for number in pair]
+            rows.append((measure.label, run.name, *pairs))
+    return Table(header, rows)
+
+
+def parameters(runs):
+    """Return how each run was made, where its result says so: a column a run."""
+    records = [_made_by(run.result) for run in runs]
+    names = dict.fromkeys(name for record in records for name in record)
+    rows = [(name, *(record.get(name) for record in records)) for name in names]
+    return Table(('setting', *(run.name for run in runs)), rows)
+
+
+def every_number(runs):
+    """Return the statistics of every number that a frame of any run holds."""
+    names = dict.fromkeys(name for run in runs for name in run.columns)
+    rows = [
+        (name, run.name, *_percentiles(run.values(name), STATISTICS.values()))
+        for name, run in product(names, runs)
+    ]
+    return Table(('number', 'result', *STATISTICS), rows)
+
+
+def frames(run):
+    """Return every frame of a run with all it holds; transforms as the numbers of three rows."""
+    derived = [name for name in run.columns if name.startswith('second_difference')]
+    records = [_flat(frame) for frame in run.result.frames]
+    for i, record in enumerate(records):
+        record['seconds'] = float(run.seconds[i])
+        record.update({name: _known(run.columns[name][i]) for name in derived})
+    header = tuple(dict.fromkeys(name for record in records for name in record))
+    rows = [(i, *map(record.get, header)) for i, record in enumerate(records)]
+    return Table(('frame', *header), rows)
+
+
+def worst(run, order):
+    """Return the frames of some indices with the numbers that say why they are there."""
+    names = [name for name in WORST if np.isfinite(run.values(name)).any()]
+    rows = [
+        (
+            int(i),
+            float(run.seconds[i]),
+            run.result.frames[i].get('status'),
+            *(_known(run.values(name)[i]) for name in names),
+        )
+        for i in order
+    ]
+    titles = {measure.name: measure.label for measure in MEASURES}
+    return Table(('frame', 'time [s]', 'status', *(titles[name] for name in names)), rows)
+
+
+def csv_text(table):
+    """Return a table as CSV; an unknown number is an empty cell."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator='\n').writerows([table.header, *table.rows])
+    return text.getvalue()
+
+
+def _statuses(result):
+    found = Counter(str(frame.get('status', 'unknown')) for frame in result.frames)
+    return ', '.join(f'{count} {status}' for status, count in found.most_common())
+
+
+def _made_by(result):
+    """Return {setting: text}; what is in a group is named after it, but for the parameters."""
+    groups = dict(result.made_by or {})
+    record = dict(groups.pop('parameters', None) or {})
+    for group, value in groups.items():
+        if isinstance(value, dict):
+            record.update({f'{group}.{name}': each for name, each in value.items()})
+        else:
+            record[group] = value
+    return {name: _text(value) for name, value in record.items()}
+
+
+def _text(value):
+    if value is None:
+        return 'none'
+    if isinstance(value, list):
+        return ', '.join(map(_text, value))
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _percentiles(values, percents):
+    known = values[np.isfinite(values)]
+    return [float(np.percentile(known, percent)) if known.size else None for percent in percents]
+
+
+def _known(value):
+    return float(value) if np.isfinite(value) else None
+
+
+def _flat(frame):
+    record = {}
+    for name, value in frame.items():
+        if _is_matrix(value):
+            record.update({f'{name}_{i}{j}': value[i][j] for i, j in product(range(3), range(4))})
+        else:
+            record[name] = json.dumps(value) if isinstance(value, list | dict) else value
+    return record
+
+
+def _is_matrix(value):
+    rows = value if isinstance(value, list) and len(value) == 4 else [None]
+    return all(isinstance(row, list) and len(row) == 4 for row in rows)
