@@ -66,7 +66,7 @@ def test_junit_is_xml_whatever_the_files_are_called(folder, capsys):
 
 def test_a_replay_passes_its_gate(folder, rng, capsys):
     write_mcap('scans.mcap', scans(rng))
-    assert main(['replay', 'scans.mcap', '--json', 'result.json']) == 0
+    assert main(['replay', 'scans.mcap', '--json', 'result.json', '--out', 'result.mcap']) == 0
     gate = rules(
         'frames == 3',
         'unpaired == 0',
@@ -76,7 +76,7 @@ def test_a_replay_passes_its_gate(folder, rng, capsys):
         'q_tot.max < 1e9',
         'time_ms.p95 > 0',
     )
-    assert main(['gate', 'result.json', *gate]) == 0, capsys.readouterr().out
+    assert main(['gate', 'result.json', 'result.mcap', *gate]) == 0, capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

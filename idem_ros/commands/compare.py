@@ -29,7 +29,7 @@ def add_parser(subparsers):
         epilog='example: idem compare before.json after.json',
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument('a', metavar='A', help='JSON that `idem replay --json` wrote')
+    parser.add_argument('a', metavar='A', help='what `idem replay` wrote: JSON or MCAP')
     parser.add_argument('b', metavar='B', help='the same, to be judged against A')
     parser.add_argument('--json', action='store_true', help='print the comparison as JSON')
     parser.set_defaults(run=run)

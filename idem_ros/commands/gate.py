@@ -6,7 +6,7 @@ from pathlib import Path
 from idem_ros.commands.exit_codes import DATA, OK, UsageError
 
 DESCRIPTION = """\
-Hold each RESULT, a file of `idem replay --json`, to the rules of a YAML file,
+Hold each RESULT of `idem replay` (of --json or --out) to the rules of a YAML file,
 print every rule with the value found, and say by the exit code whether all hold:
 
   rules:
@@ -41,7 +41,7 @@ def add_parser(subparsers):
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        'results', metavar='RESULT', nargs='+', help='JSON that `idem replay --json` wrote'
+        'results', metavar='RESULT', nargs='+', help='what `idem replay` wrote: JSON or MCAP'
     )
     parser.add_argument('--rules', metavar='FILE', required=True, help='YAML with a list rules')
     parser.add_argument('--junit', metavar='FILE', help='write JUnit XML: a test case a rule')
