@@ -76,16 +76,16 @@ def _measure(what, folder, a):
     target, source, T = (np.load(Path(folder) / f'{name}.npy') for name in ('a', 'b', 'T'))
     warm_up()
     points = len(target) + len(source)
-    before, _ = _resident_and_peak()
+    before, _ = resident_and_peak()
     _MEASURED[what](target, source, T, float(a))
-    resident = _resident_and_peak()[1] - before
+    resident = resident_and_peak()[1] - before
     tracemalloc.start()
     _MEASURED[what](target, source, T, float(a))
     python = tracemalloc.get_traced_memory()[1]
     return {'resident': resident / points, 'python': python / points}
 
 
-def _resident_and_peak():
+def resident_and_peak():
     """What is resident now, and the most that ever was [bytes]; without /proc twice the latter.
 
     getrusage alone would not do: Linux hands a parent's peak on to the processes it starts.

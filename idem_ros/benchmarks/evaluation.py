@@ -1,0 +1,157 @@
+"""What evaluating recordings costs beside the refinements: memory, reading, worker processes."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from idem_ros.benchmarks.case import displaced
+from idem_ros.benchmarks.footprint import resident_and_peak
+from idem_ros.benchmarks.goal import Goal
+from idem_ros.benchmarks.main_job import DEMO, DEMO_VOXEL, DemoMissing
+from idem_ros.benchmarks.surfaces import SIZE, surface_points
+from idem_ros.core import se3
+from idem_ros.evaluation.one_recording import Task
+from idem_ros.evaluation.replay import pairs_of, replay
+from idem_ros.evaluation.settings import Settings
+from idem_ros.evaluation.worker_processes import in_processes
+from idem_ros.installed_file import installed_file
+from idem_ros.recording.messages import cloud_message, header, transform_message
+from idem_ros.recording.reader import open_recording
+from idem_ros.recording.topics import find_topics
+from idem_ros.recording.writer import write_mcap
+from idem_ros.transform_message import stamp_ns
+
+SCANS, FIRST = 10_000, 1_000
+TARGET_POINTS, SCAN_POINTS = 1000, 300
+OFF_DEG, OFF = 3.0, 0.05 * SIZE
+START, STEP = 10**9, 10**8  # [ns]
+GROWTH, SHARE, SPEED_UP = 10.0, 15.0, 1.7  # [%], [%], times
+ROUNDS, RECORDINGS, REPEATS = 5, 4, 12
+
+
+def measure(config, quick=False, progress=lambda steps: steps):
+    """Return the `Goal`s of evaluations.
+
+    Args:
+        config: `RegistrationConfig`; its voxel_size is the demo's where the demo is replayed.
+        quick: fewer scans, rounds and repetitions.
+        progress: wraps the iteration over the steps.
+    """
+    config = replace(config, voxel_size=DEMO_VOXEL)
+    with tempfile.TemporaryDirectory(prefix='idem_bench_') as folder:
+        folder = Path(folder)
+        steps = (
+            lambda: memory(folder, *((FIRST // 10, SCANS // 10) if quick else (FIRST, SCANS))),
+            lambda: reading(_demo(), config, 1 if quick else ROUNDS),
+            lambda: jobs(_demo(), folder, config, 1 if quick else REPEATS),
+        )
+        return [goal for step in progress(steps) for goal in step()]
+
+
+def small_scans(count, seed=0):
+    """Yield (topic, log time, message) of many small scans of one surface, as they are needed."""
+    rng = np.random.default_rng(seed)
+    yield '/target', START, cloud_message(surface_points(rng, TARGET_POINTS), START, 'map')
+    for i in range(1, count + 1):
+        stamp = START + i * STEP
+        points = surface_points(rng, SCAN_POINTS)
+        truth = displaced(np.eye(4), np.zeros(3), 20.0, SIZE, rng)
+        source = se3.transform_points(se3.inverse(truth), points)
+        guess = displaced(truth, source.mean(axis=0), OFF_DEG, OFF, rng)
+        yield '/source', stamp, cloud_message(source, stamp, 'lidar')
+        for k, (topic, pose) in enumerate((('/initial_guess', guess), ('/ground_truth', truth))):
+            yield topic, stamp + k + 1, transform_message(pose, stamp, 'map', 'lidar')
+
+
+def memory(folder, first, scans):
+    """Yield how much the peak memory grows from the first scans to the last: a fresh process."""
+    path = folder / 'small.mcap'
+    write_mcap(path, small_scans(scans))
+    command = [sys.executable, '-m', 'idem_ros.benchmarks.evaluation', str(path), str(first)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    before, after, frames = json.loads(ended.stdout)
+    yield Goal(f'of {scans} scans not refined', scans - frames, 0)
+    mib = f'{before / 2**20:.0f} MiB after {first} scans, {after / 2**20:.0f} after {scans}'
+    growth = 100 * (after - before) / before
+    yield Goal(f'memory, {mib}: growth', growth, GROWTH, '%')
+
+
+def peaks(path, first):
+    """Return the peak memory [bytes] after the first scans and after all, and the frames."""
+    found = []
+
+    def watched(messages, total):
+        for i, message in enumerate(messages):
+            yield message
+            if i == 3 * first:  # a scan, its guess, its truth
+                found.append(resident_and_peak()[1])
+
+    frames = replay(path, progress=watched).frames
+    return *found, resident_and_peak()[1], len(frames)
+
+
+def reading(path, config, rounds):
+    """Yield the share of reading and pairing in the time of the refinements, median of rounds."""
+    shares = []
+    replay(path, config)  # warm
+    for _ in range(rounds):
+        start = perf_counter()
+        with open_recording(path) as recording:
+            pairs = sum(1 for _ in pairs_of(recording, find_topics(recording)))
+        seconds = perf_counter() - start
+        frames = replay(path, config).frames
+        shares.append(100 * seconds / sum(frame.refinement.time_ms / 1e3 for frame in frames))
+    what = f'demo, {pairs} scans: reading and pairing, of the refinements'
+    yield Goal(what, float(np.median(shares)), SHARE, '%')
+
+
+def jobs(path, folder, config, repeats):
+    """Yield the time of two worker processes over that of one, on several recordings."""
+    tasks = []
+    for i in range(RECORDINGS):
+        copy = folder / f'drive_{i}.mcap'
+        write_mcap(copy, repeated(path, repeats))
+        tasks.append(Task(str(copy), Settings(config), {}))
+    seconds = {}
+    for count in (1, 2):
+        start = perf_counter()
+        outcomes = list(in_processes(tasks, count))
+        seconds[count] = perf_counter() - start
+        failed = sum(bool(outcome.reason) for _, outcome in outcomes)
+        yield Goal(f'--jobs {count}: of {len(tasks)} recordings not evaluated', failed, 0)
+    what = f'--jobs 2 ({seconds[2]:.1f} s) over --jobs 1 ({seconds[1]:.1f} s), the time'
+    yield Goal(what, seconds[2] / seconds[1], 1 / SPEED_UP)
+
+
+def repeated(path, repeats):
+    """Yield the messages of a recording several times over, each time later; the target once."""
+    with open_recording(path) as recording:
+        topics = find_topics(recording)
+        span = 0
+        for k in range(repeats):
+            last = 0
+            for topic, log_time, message in recording.messages(recording.topics):
+                last = max(last, log_time)
+                if k and topic == topics.target:
+                    continue
+                stamp = stamp_ns(message) + k * span
+                later = replace(message, header=header(stamp, message.header.frame_id))
+                yield topic, log_time + k * span, later
+            span = span or last - START + STEP
+
+
+def _demo():
+    path = installed_file(DEMO)
+    if path is None:
+        raise DemoMissing(f'{DEMO} is not here; it lies in the checkout, where `idem bench` runs')
+    return path
+
+
+if __name__ == '__main__':
+    print(json.dumps(peaks(sys.argv[1], int(sys.argv[2]))))
