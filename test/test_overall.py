@@ -28,6 +28,7 @@ def test_counts_are_summed_and_numbers_pooled_over_all_frames(overall):
     assert (found['evaluated'], found['failed']) == (2, 1)
     pooled = found['pooled']
     assert [pooled[name] for name in ('frames', 'refused', 'dropped', 'unpaired')] == [4, 2, 2, 0]
+    assert pooled['with_truth'] == 2
     assert pooled['time_ms']['median'] == 4.0  # of 1 3 5 100, not of two medians
     assert pooled['translation_error_m']['median'] == pytest.approx(0.3)
     assert pooled['rotation_error_deg'] == {'median': None, 'p90': None}

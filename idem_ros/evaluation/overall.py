@@ -80,7 +80,7 @@ def overall_table(record):
     evaluated = [entry for entry in record['recordings'] if 'reason' not in entry]
     failed = [entry for entry in record['recordings'] if 'reason' in entry]
     rows = [_row(entry['bag'], entry) for entry in evaluated]
-    header = ['median of', *COUNTS, *(title for title, _, _ in SHOWN)]
+    header = ['median of', *COUNTS, 'with truth', *(title for title, _, _ in SHOWN)]
     lines = [table(header, [*rows, _row('all', record['pooled'])])] if rows else []
     for entry in evaluated:
         lines += [f'note: {entry["bag"]}: {note}' for note in entry['notes']]
@@ -101,6 +101,7 @@ def _values(frames, name):
 def _counted(counts, numbers):
     return {
         **counts,
+        'with_truth': int(np.isfinite(numbers['translation_error_m']).sum()),
         **{name: _percentiles(values, PERCENTILES[name]) for name, values in numbers.items()},
     }
 
@@ -114,4 +115,5 @@ def _percentiles(values, percentiles):
 
 
 def _row(name, entry):
-    return [name, *(entry[n] for n in COUNTS), *(number(entry[n][p]) for _, n, p in SHOWN)]
+    counts = (entry[n] for n in (*COUNTS, 'with_truth'))
+    return [name, *counts, *(number(entry[n][p]) for _, n, p in SHOWN)]
