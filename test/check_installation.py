@@ -60,6 +60,21 @@ def test_each_launch_and_config_file_is_found_beside_the_installed_code(file, tm
     assert (SHARE / file).read_bytes() == (ROOT / file).read_bytes()
 
 
+def test_every_file_beside_the_code_is_installed_with_it(tmp_path):
+    code = 'import idem_ros; print(idem_ros.__path__[0])'
+    installed = Path(run(sys.executable, '-c', code, cwd=tmp_path).strip())
+    assert installed != ROOT / 'idem_ros'
+    assert files_of(installed) == files_of(ROOT / 'idem_ros')
+
+
+def files_of(package):
+    return {
+        str(file.relative_to(package))
+        for file in package.rglob('*.*')
+        if file.is_file() and '__pycache__' not in file.parts
+    }
+
+
 def test_ament_finds_the_package(tmp_path, monkeypatch):
     from ament_index_python.packages import get_package_share_directory
 
