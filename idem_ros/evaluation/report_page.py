@@ -113,8 +113,8 @@ def _summary(runs):
 
 
 def _said_nothing(runs):
-    results = 'The result does' if len(runs) == 1 else 'None of the results does'
-    return f'<p class="note">{results} not say how it was made.</p>'
+    says = 'The result does not say' if len(runs) == 1 else 'None of the results says'
+    return f'<p class="note">{says} how it was made.</p>'
 
 
 def _plots(plots):

@@ -180,9 +180,11 @@ def _scale(axes, which, values, log):
     Ticks are few, and their labels short: nothing may overlap on a phone. Zeros and what is below
     have no place on a logarithmic axis.
     """
-    known = values[np.isfinite(values) & ((values > 0) | (not log))]
+    finite = values[np.isfinite(values)]
+    positive = finite[finite > 0]
+    log = log and bool(positive.size) and positive.max() > NARROW * positive.min()
+    known = positive if log else finite
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-    log = log and bool(known.size) and high > NARROW * low
     axis = getattr(axes, f'{which}axis')
     set_limits = getattr(axes, f'set_{which}lim')
     if log:

@@ -1,0 +1,31 @@
+"""A small recording and the result of replaying it, as `idem replay --json` writes it."""
+
+import json
+
+import numpy as np
+from recordings import scans
+
+from idem_ros.evaluation.replay import replay
+from idem_ros.evaluation.summary import json_record
+from idem_ros.recording.writer import write_mcap
+
+
+def write_replayed(folder, n=4, name='result', truth=True):
+    """Write scans.mcap and a result of its n frames into a folder; return the result's path."""
+    rng = np.random.default_rng(0)
+    messages = [each for each in scans(rng, n) if truth or each[0] != '/ground_truth']
+    write_mcap(folder / 'scans.mcap', messages)
+    record = json_record(replay(folder / 'scans.mcap'))
+    return write_record(folder / f'{name}.json', record)
+
+
+def write_record(path, record):
+    path.write_text(json.dumps(record, allow_nan=False))
+    return path
+
+
+def changed(path, change, name='changed'):
+    """Write a copy of a result beside it that `change` has been applied to; return its path."""
+    record = json.loads(path.read_text())
+    change(record)
+    return write_record(path.with_name(f'{name}.json'), record)
