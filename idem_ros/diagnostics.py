@@ -1,6 +1,6 @@
 """What diagnostics say of a refinement, in the same words live and in a replay."""
 
-OK, WARN, ERROR = 0, 1, 2
+OK, WARN, ERROR, STALE = range(4)
 REASONS = {
     'converged': 'converged: no step moves the source any more',
     'max_iterations': 'max_iterations steps of a stage did not suffice',

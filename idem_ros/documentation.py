@@ -6,7 +6,14 @@ from itertools import dropwhile, takewhile
 from idem_ros.benchmarks.markdown import table
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.interface import INPUTS, OUTPUTS, TF_INPUTS, parameter_fields
+from idem_ros.node.interface import (
+    INPUTS,
+    OUTPUTS,
+    SERVICES,
+    TF_INPUTS,
+    TF_OUTPUT,
+    parameter_fields,
+)
 from idem_ros.parameters import default_of, description_of, parameter_name
 
 FIGURES = 'docs/figures.md'
@@ -53,12 +60,17 @@ def _lines_of(path, starts):
 
 
 def _topics():
+    groups = {
+        'in': [*INPUTS.values(), *TF_INPUTS.values()],
+        'out': [*OUTPUTS.values(), TF_OUTPUT],
+        'service': SERVICES.values(),
+    }
     rows = [
-        (f'`{topic.name}`', direction, f'`{topic.msgtype}`', topic.description)
-        for direction, topics in (('in', {**INPUTS, **TF_INPUTS}), ('out', OUTPUTS))
-        for topic in topics.values()
+        (f'`{topic.name}`', kind, f'`{topic.msgtype}`', topic.description)
+        for kind, topics in groups.items()
+        for topic in topics
     ]
-    return table(['topic', '', 'type', 'what'], rows, left=4)
+    return table(['topic or service', '', 'type', 'what'], rows, left=4)
 
 
 def _parameters():

@@ -39,7 +39,6 @@ class GuessConfig:
         'converged, of the same frames; the identity for the first); "identity"',
         name='initial_guess.type',
         choices=GUESS_TYPES,
-        fixed=True,
     )
     max_age: float | None = parameter(
         1.0,

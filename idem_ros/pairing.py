@@ -91,7 +91,9 @@ class Pairing:
         return self._order.last_jump
 
     def configure(self, config, guess_config):
-        """Take other parameters for the pairs to come; the type of the guess stays."""
+        """Take other parameters for the pairs to come; of another type, guesses begin anew."""
+        if guess_config.type != self.guess_type:
+            self._guesses = _guesses_of(guess_config.type)
         self._config, self._guess_config = config, guess_config
 
     def add_target(self, message):
@@ -123,6 +125,19 @@ class Pairing:
         """Keep a TFMessage of /tf_static; return the pairs it completes."""
         self._guesses.add_static(message)
         return self._complete()
+
+    def drop_sources(self):
+        """Forget the sources that wait, and count them as dropped."""
+        self.dropped += len(self._sources)
+        self._sources.clear()
+
+    def forget(self):
+        """Begin anew, but for the counts: drop sources, forget targets, guesses and clocks."""
+        self.drop_sources()
+        self._targets = Targets()
+        self._guesses = _guesses_of(self.guess_type)
+        self._order.forget()
+        self._why = ''
 
     def clock_goes_back(self, now):
         """Forget what is later than the node's clock, which was set back to `now` [ns]."""

@@ -77,24 +77,28 @@ def read_points(message):
     return _usable(points)
 
 
-def pack_points(points, dtype=np.float32):
+def pack_points(points, dtype=np.float32, columns=None):
     """Pack points as the x, y, z of an unorganised little-endian cloud without padding.
 
     Args:
         points: (N, 3), finite.
-        dtype: np.float32 or np.float64.
+        dtype: np.float32 or np.float64, of every field.
+        columns: {name: (N,) numbers} of more fields after z, such as an intensity.
 
     Returns:
         `PackedCloud` of N points.
     """
     dtype = np.dtype(dtype).newbyteorder('<')
     datatype = FLOAT32 if dtype.itemsize == 4 else FLOAT64
+    names = [*'xyz', *(columns or {})]
+    if columns:
+        points = np.column_stack([points, *columns.values()])
     packed = np.ascontiguousarray(points, dtype=dtype)
-    step = 3 * dtype.itemsize
+    step = len(names) * dtype.itemsize
     return PackedCloud(
         height=1,
         width=len(packed),
-        fields=tuple((name, i * dtype.itemsize, datatype, 1) for i, name in enumerate('xyz')),
+        fields=tuple((name, i * dtype.itemsize, datatype, 1) for i, name in enumerate(names)),
         is_bigendian=False,
         point_step=step,
         row_step=step * len(packed),

@@ -68,6 +68,14 @@ class PreparedCloud:
     preparing_ms: float
 
 
+class TookPart(NamedTuple):
+    """What the last refinement was made of."""
+
+    target: Cloud
+    source: Cloud
+    config: RegistrationConfig
+
+
 class Idem:
     """What registers two clouds: IDEM. Others that a `Refiner` takes have the same methods."""
 
@@ -93,13 +101,13 @@ class Refiner:
         method: what registers, see `Idem`; None: that.
 
     Attributes:
-        clouds: (target, source) `Cloud`s of the last refinement, as they took part; None before.
+        took_part: `TookPart` of the last refinement; None before.
     """
 
     def __init__(self, config=None, judge_guess=False, preprocessing=None, method=None):
         self._judge_guess = judge_guess
         self._method = method or Idem()
-        self._target_of = self._target = self.clouds = None
+        self._target_of = self._target = self.took_part = None
         self._last = None, None
         self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
 
@@ -131,7 +139,7 @@ class Refiner:
         registering_ms = watch.lap()
         result = self._method.judged(found, *clouds, config)
         judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
-        self.clouds = clouds
+        self.took_part = TookPart(*clouds, config)
         if result.converged:
             self._last = (frames, pair.jumps), result.T_target_source
         fresh = [each for each in (target, source) if each is not kept]

@@ -50,6 +50,10 @@ class StampOrder:
         self._set_back(now, newest)
         return True
 
+    def forget(self):
+        """Forget the streams, but not how often a clock was set back."""
+        self._newest.clear()
+
     def _set_back(self, stamp, newest):
         self.jumps += 1
         self.last_jump = newest - stamp

@@ -202,12 +202,14 @@ def test_guess_between_other_frames_is_refused_with_both_names(bench, clouds):
 
 def test_error_nobody_foresaw_is_reported_and_the_next_input_served(bench, clouds, monkeypatch):
     b = bench().start()
-    refiner = b.node._refiner
-    monkeypatch.setattr(b.node, '_refiner', SimpleNamespace(refine=lambda pair: 1 / 0))
+    refiner = b.node.registration._refiner
+    monkeypatch.setattr(
+        b.node.registration, '_refiner', SimpleNamespace(refine=lambda pair: 1 / 0)
+    )
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('refused'))
     assert 'ZeroDivisionError' in b.statuses('refused')[0].message
-    monkeypatch.setattr(b.node, '_refiner', refiner)
+    monkeypatch.setattr(b.node.registration, '_refiner', refiner)
     send(b, clouds, FIRST + 100 * MS)
     b.transform_of(FIRST + 100 * MS)
 
@@ -243,19 +245,23 @@ def test_latched_target_is_always_asked_for_reliably(context):
 
 def test_older_inputs_are_dropped_and_counted_while_one_is_refined(bench, clouds, monkeypatch):
     b = bench().start()
-    started, proceed, refine = threading.Event(), threading.Event(), b.node._refiner.refine
+    started, proceed, refine = (
+        threading.Event(),
+        threading.Event(),
+        b.node.registration._refiner.refine,
+    )
 
     def refine_later(pair):
         started.set()
         proceed.wait(LONG)
         return refine(pair)
 
-    monkeypatch.setattr(b.node, '_refiner', SimpleNamespace(refine=refine_later))
+    monkeypatch.setattr(b.node.registration, '_refiner', SimpleNamespace(refine=refine_later))
     send(b, clouds, FIRST)
     b.until(started.is_set)
     for i in (1, 2, 3):
         send(b, clouds, FIRST + i * 100 * MS, target=False)
-    b.until(lambda: b.node._worker.dropped == 2)
+    b.until(lambda: b.node.registration.worker.dropped == 2)
     proceed.set()
     b.transform_of(FIRST + 300 * MS)
     b.until(lambda: len(b.statuses('converged')) == 2)
@@ -267,7 +273,7 @@ def test_node_says_that_a_refinement_is_under_way(bench, clouds, monkeypatch):
     b = bench().start()
     proceed = threading.Event()
     monkeypatch.setattr(
-        b.node, '_refiner', SimpleNamespace(refine=lambda pair: proceed.wait(LONG))
+        b.node.registration, '_refiner', SimpleNamespace(refine=lambda pair: proceed.wait(LONG))
     )
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('busy'))

@@ -178,5 +178,5 @@ def test_replay_plays_once_when_the_node_says_that_it_is_ready(launched):
 
 
 def test_line_that_starts_the_player_is_what_the_node_says():
-    said = (ROOT / 'idem_ros' / 'node' / 'adapter.py').read_text()
+    said = (ROOT / 'idem_ros' / 'node' / 'live_registration.py').read_text()
     assert 'ready: listens to' in said

@@ -114,17 +114,41 @@ def test_guesses_too_old_are_refused_until_the_limit_is_raised(bench, clouds):
     b.transform_of(FIRST + 100 * MS)
 
 
-def test_type_of_the_guess_is_fixed_while_it_runs(bench):
+def test_type_of_the_guess_may_change_while_it_runs(bench, clouds):
     b = bench().start()
-    (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='last')])
+    publish_clouds(b, clouds, FIRST)
+    b.until(lambda: b.node.registration.inputs.pairing.waiting == 1)
+    (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='odometry')])
+    assert result.successful
+    # one process has one type on a topic only, and here the publisher of the other one is in it
+    b.until(lambda: b.statuses('waiting'))
+    assert 'cannot be subscribed to' in b.statuses('waiting')[-1].message
+    b.other.destroy_publisher(b.guess)
+    odometry = b.other.create_publisher(Odometry, '/idem_node/initial_guess', 10)
+    b.until(odometry.get_subscription_count)
+    odometry.publish(pose_message(Odometry, np.eye(4), FIRST))
+    b.transform_of(FIRST)
+    (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='identity')])
+    assert result.successful
+    assert set(b.node.registration.inputs.subscriptions) == {'target', 'source'}
+    publish_clouds(b, clouds, FIRST + 100 * MS)
+    b.transform_of(FIRST + 100 * MS)
+
+
+@pytest.mark.skipif(find_spec('tf2_msgs') is not None, reason='tf2_msgs is installed here')
+def test_change_to_tf_without_its_messages_is_refused_with_the_package_to_install(bench, clouds):
+    b = bench().start()
+    (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='tf')])
     assert not result.successful
-    assert 'read-only' in result.reason
+    assert 'apt install ros-jazzy-tf2-msgs' in result.reason
+    send(b, clouds, FIRST)
+    b.transform_of(FIRST)
 
 
 @pytest.mark.parametrize('name', ['identity', 'last'])
 def test_guess_that_no_topic_gives_is_not_listened_for(bench, clouds, name):
     b = bench(name, guess_class=None).start()
-    assert set(b.node._inputs) == {'target', 'source'}
+    assert set(b.node.registration.inputs.subscriptions) == {'target', 'source'}
     for stamp in (FIRST, FIRST + 100 * MS):
         publish_clouds(b, clouds, stamp)
         np.testing.assert_allclose(matrix_of(b.transform_of(stamp)), T_TRUTH, rtol=0, atol=0.02)
@@ -166,10 +190,12 @@ def test_guess_from_tf_is_the_way_from_source_to_target_at_the_stamp(tf_bench, c
     text = b.statuses('waiting')[-1].message
     assert text.startswith('waiting for initial_guess (/tf has 0 publishers, /tf_static has 0')
     assert "tf does not connect the source frame 'lidar' with the target frame 'map'" in text
-    b.node._inputs['tf_static'].callback(poses.tf(guess_message(np.eye(4), 0, 'base', 'lidar')))
+    b.node.registration.inputs.subscriptions['tf_static'].callback(
+        poses.tf(guess_message(np.eye(4), 0, 'base', 'lidar'))
+    )
     for shift in (-50 * MS, 50 * MS):
         moving = guess_message(np.eye(4), FIRST + shift, 'map', 'base')
-        b.node._inputs['tf'].callback(poses.tf(moving))
+        b.node.registration.inputs.subscriptions['tf'].callback(poses.tf(moving))
     np.testing.assert_allclose(matrix_of(b.transform_of(FIRST)), T_TRUTH, rtol=0, atol=0.02)
 
 
@@ -241,9 +267,12 @@ def test_simulated_clock_that_is_set_back_clears_the_buffers(bench, clouds):
 
     turn_to(FIRST)
     b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
-    b.until(lambda: b.node._pairing.waiting == 1)
+    b.until(lambda: b.node.registration.inputs.pairing.waiting == 1)
     turn_to(FIRST - 10 * SECOND)
-    assert (b.node._pairing.waiting, b.node._pairing.dropped) == (0, 1)
+    assert (
+        b.node.registration.inputs.pairing.waiting,
+        b.node.registration.inputs.pairing.dropped,
+    ) == (0, 1)
     b.until(lambda: b.statuses('clock_set_back'))
     send(b, clouds, FIRST - 9 * SECOND)
     b.transform_of(FIRST - 9 * SECOND)

@@ -228,9 +228,10 @@ def test_time_is_that_of_the_stages_and_a_kept_target_costs_nothing_again(pair, 
     assert [fresh.refine(pair).times.reading for _ in range(2)] == [107.0, 7.0]
 
 
-def test_clouds_of_the_last_refinement_are_kept(pair):
+def test_what_took_part_in_the_last_refinement_is_kept(pair):
     refiner = Refiner()
-    assert refiner.clouds is None
+    assert refiner.took_part is None
     refined = refiner.refine(pair)
     points = [refined.points_target, refined.points_source]
-    assert [len(cloud) for cloud in refiner.clouds] == points
+    assert [len(cloud) for cloud in refiner.took_part[:2]] == points
+    assert refiner.took_part.config == RegistrationConfig()

@@ -4,6 +4,7 @@ from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.guesses import STREAMED, TF, GuessConfig
+from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.targets import PairingConfig
@@ -11,7 +12,7 @@ from idem_ros.targets import PairingConfig
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of the node."""
+    """A topic or a service of the node."""
 
     name: str
     msgtype: str
@@ -44,12 +45,58 @@ OUTPUTS = {
         'the refined pose of the source frame (child) in the target frame, with the stamp of '
         'the source',
     ),
+    'pose_with_covariance': Topic(
+        '~/pose_with_covariance',
+        'geometry_msgs/msg/PoseWithCovarianceStamped',
+        'the same pose; a variance of 1e6 (m2, rad2) says that nothing is known of it',
+    ),
     'q_tot': Topic('~/q_tot', 'std_msgs/msg/Float64', 'q_tot at the refined pose'),
+    'aligned': Topic(
+        '~/debug/aligned',
+        'sensor_msgs/msg/PointCloud2',
+        'the points of the source that took part, in the target frame; made while somebody '
+        'subscribes',
+    ),
+    'q_points': Topic(
+        '~/debug/q_points',
+        'sensor_msgs/msg/PointCloud2',
+        'the points (or voxel means) of both clouds in the target frame, each with its share q_i '
+        'of q_tot; field cloud is 0 for the target, 1 for the source; made while somebody '
+        'subscribes',
+    ),
+    'region_of_interest': Topic(
+        '~/debug/region_of_interest',
+        'nav_msgs/msg/OccupancyGrid',
+        'on request: q_tot of the last pair where the source is shifted along x and y, from its '
+        'least value (0) to its greatest (100)',
+    ),
     'diagnostics': Topic(
         '/diagnostics',
         'diagnostic_msgs/msg/DiagnosticArray',
-        'q_tot, q_mean, overlap, radius, iterations, status, milliseconds, points, dropped; '
-        'what was refused and why; what the node waits for',
+        '"registration": of each result q_tot, q_mean, overlap, radius, iterations, status and '
+        'reason, milliseconds of each stage, points; what was refused and why; what the node '
+        'waits for. "load", every second: rates, delays, sources received, answered, refused, '
+        'waiting and dropped, utilisation of the worker',
+    ),
+}
+TF_OUTPUT = Topic('/tf', TF, 'with publish_tf: results that converged')
+SERVICES = {
+    'refine_once': Topic(
+        '~/refine_once',
+        'std_srvs/srv/Trigger',
+        'refine the newest complete pair now, once more or although the node is paused; answers '
+        'what came of it',
+    ),
+    'pause': Topic(
+        '~/pause',
+        'std_srvs/srv/SetBool',
+        'true: refine nothing until false; the newest complete pair is kept, older ones are '
+        'dropped and counted',
+    ),
+    'publish_region_of_interest': Topic(
+        '~/publish_region_of_interest',
+        'std_srvs/srv/Trigger',
+        'evaluate ~/debug/region_of_interest around the last result; nothing is refined meanwhile',
     ),
 }
 CONFIGS = (
@@ -57,6 +104,7 @@ CONFIGS = (
     PreprocessingConfig,
     PairingConfig,
     GuessConfig,
+    OutputConfig,
     SubscriptionConfig,
 )
 

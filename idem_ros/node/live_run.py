@@ -89,7 +89,7 @@ class _Answers:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             values = {each.key: each.value for each in status.values}
-            if values.get('status') != 'waiting':
+            if values.get('status', 'waiting') != 'waiting':
                 self.diagnostics[stamp_ns(message)] = {**values, 'reason': status.message}
 
 

@@ -7,9 +7,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.node.interface import TF_INPUTS, inputs_with
-from idem_ros.node.messages import message_class
+from idem_ros.node.messages import class_needed
 from idem_ros.node.subscription_config import SubscriptionConfig
 
 TF_DEPTH = 100  # as tf2 has it
@@ -21,7 +20,7 @@ def subscribe(
     guess_type: str,
     callbacks: dict[str, Callable[[Any], None]],
 ) -> dict[str, Subscription]:
-    """Subscribe to the inputs that a type of guess asks for.
+    """Subscribe to those inputs with a callback that a type of guess asks for.
 
     Args:
         node: listens.
@@ -35,7 +34,7 @@ def subscribe(
     Raises:
         InvalidConfig: the messages of the guess are not installed.
     """
-    topics = inputs_with(guess_type)
+    topics = {k: topic for k, topic in inputs_with(guess_type).items() if k in callbacks}
     classes = {name: _class_of(topic.msgtype, guess_type) for name, topic in topics.items()}
     return {
         name: node.create_subscription(
@@ -45,16 +44,18 @@ def subscribe(
     }
 
 
+def require_messages(guess_type: str) -> None:
+    """Refuse a type of guess whose messages are not installed.
+
+    Raises:
+        InvalidConfig: it says what to install.
+    """
+    for topic in inputs_with(guess_type).values():
+        _class_of(topic.msgtype, guess_type)
+
+
 def _class_of(msgtype: str, guess_type: str) -> type:
-    try:
-        return message_class(msgtype)
-    except ImportError as error:
-        package = msgtype.partition('/')[0]
-        raise InvalidConfig(
-            f'initial_guess.type is {guess_type!r}, which needs the ROS package {package}, and it '
-            f'is not installed: apt install ros-jazzy-{package.replace("_", "-")} (PyPI has no '
-            'wheel of it), or choose another type'
-        ) from error
+    return class_needed(msgtype, f'initial_guess.type is {guess_type!r}')
 
 
 def _quality(name: str, config: SubscriptionConfig) -> QoSProfile:

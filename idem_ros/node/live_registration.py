@@ -1,0 +1,282 @@
+"""The registration that a node runs: what comes in, a worker that refines it, what goes out."""
+
+import time
+import traceback
+from concurrent.futures import Future
+from dataclasses import dataclass
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from idem_ros.core import IdemError, RegistrationConfig, warm_up
+from idem_ros.guesses import GuessConfig
+from idem_ros.node.control import Answer, Control, answered
+from idem_ros.node.inputs import Inputs
+from idem_ros.node.interface import CONFIGS, INPUTS, TF_INPUTS
+from idem_ros.node.output_config import OutputConfig
+from idem_ros.node.outputs import Outputs, require_outputs
+from idem_ros.node.parameters import declare_parameters, read_config
+from idem_ros.node.report import PERIOD, Report
+from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.node.subscriptions import require_messages
+from idem_ros.node.traffic import Traffic
+from idem_ros.node.worker import LatestOnlyWorker
+from idem_ros.pairing import Pair
+from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.q_tot_slice import slice_around
+from idem_ros.refinement import Refinement, Refiner
+from idem_ros.stamps import seconds
+from idem_ros.targets import PairingConfig
+
+
+@dataclass
+class Job:
+    """A pair for the worker."""
+
+    pair: Pair
+    received: float | None
+    """When its source came, of `time.monotonic` [s]; None: not known."""
+    is_settled: bool = False
+    """Whether it was answered or refused: refined once more, it counts no more."""
+
+
+class LiveRegistration:
+    """Refines the guess between target and source for a node; see the README for its topics.
+
+    The callbacks only pair messages: clouds are converted and registered in a worker thread,
+    which publishes what comes of it. A refused input becomes a diagnostic; the node lives on.
+
+    It is open between `open` and `close`, where it listens to targets and guesses and offers its
+    services, and active between `start` and `stop`, where it takes sources and publishes.
+
+    Args:
+        node: what it listens and publishes by; its parameters are declared.
+
+    Raises:
+        InvalidConfig: a parameter it was started with cannot be used.
+    """
+
+    def __init__(self, node: Node):
+        self.node = node
+        declare_parameters(node)
+        self.traffic = Traffic((*INPUTS, *TF_INPUTS), time.monotonic())
+        self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_source, self._on_jump)
+        self.worker: LatestOnlyWorker | None = None
+        self._refiner = Refiner()
+        self._outputs: Outputs | None = None
+        self._report: Report | None = None
+        self._control: Control | None = None
+        self._timer = None
+        self._is_paused = False
+        self._dropped_before = 0  # by workers of earlier
+        self._newest: Job | None = None
+        self._last: Refinement | None = None
+        self._answer = Answer(False, '')
+        self._require_usable()
+        self._apply_parameters()
+        node.add_on_set_parameters_callback(self._check_parameters)
+        node.add_post_set_parameters_callback(self._apply_parameters)
+
+    @property
+    def is_active(self) -> bool:
+        """Whether it takes sources."""
+        return self.worker is not None
+
+    @property
+    def dropped(self) -> int:
+        """How many sources were never refined since the node was made."""
+        by_worker = self.worker.dropped if self.worker else 0
+        return self.inputs.pairing.dropped + self._dropped_before + by_worker
+
+    def open(self) -> None:
+        """Make publishers and services, and listen to targets and guesses."""
+        self._outputs = Outputs(self.node, read_config(self.node, OutputConfig))
+        self._report = Report(self.node)
+        warm_up()  # before there is a subscription: compiling holds the GIL for seconds
+        self.inputs.open(read_config(self.node, SubscriptionConfig))
+        asked = {
+            'refine_once': self.refine_once,
+            'publish_region_of_interest': self.publish_region_of_interest,
+        }
+        self._control = Control(self.node, self.pause, asked)
+
+    def start(self) -> None:
+        """Take sources, refine them, and publish."""
+        self.worker = LatestOnlyWorker(
+            self._refine, self._publish, self._refuse, is_paused=self._is_paused
+        )
+        self._report.is_on = True
+        wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
+        self._timer = self.node.create_timer(PERIOD, self._report_period, clock=wall)
+        self.inputs.listen()
+        topics = ', '.join(each.topic_name for each in self.inputs.subscriptions.values())
+        self.node.get_logger().info(f'ready: listens to {topics}')
+
+    def stop(self) -> None:
+        """Take no more sources, let the refinement under way be published, then nothing more.
+
+        Sources that wait are dropped and counted. May be repeated.
+        """
+        if self.worker is None:
+            return
+        self.inputs.mute()
+        self.node.destroy_timer(self._timer)
+        worker = self.worker
+        worker.stop()
+        self._dropped_before += worker.dropped
+        self.worker, self._newest, self._report.is_on = None, None, False
+
+    def close(self) -> None:
+        """Stop, and let go of publishers, services and what was received. May be repeated."""
+        self.stop()
+        self.inputs.close()
+        for each in (self._control, self._outputs, self._report):
+            if each is not None:
+                each.close()
+        self._control = self._outputs = self._report = self._last = None
+
+    def pause(self, is_paused: bool) -> Answer:
+        """Leave the newest complete pair unrefined from now on, or go on with it."""
+        self._is_paused = is_paused
+        if self.worker:
+            self.worker.pause(is_paused)
+        text = 'paused: the newest complete pair is kept' if is_paused else 'refines what comes'
+        return Answer(True, text)
+
+    def refine_once(self) -> Future:
+        """Have the newest complete pair refined, be it once more; return a future `Answer`."""
+        if not self.is_active:
+            return answered(Answer(False, 'the node is not active'))
+        if self._newest is None:
+            return answered(Answer(False, f'no pair yet: {self.inputs.what_it_waits_for()}'))
+        newest = self._newest
+        return self.worker.call_soon(lambda: self._refine_newest(newest))
+
+    def publish_region_of_interest(self) -> Future:
+        """Have q_tot evaluated around the last result; return a future `Answer`."""
+        if not self.is_active:
+            return answered(Answer(False, 'the node is not active'))
+        return self.worker.call_soon(self._publish_region)
+
+    def _submit(self, pair: Pair, received: float | None) -> None:
+        self._newest = Job(pair, received)
+        self.worker.submit(self._newest)
+
+    def _refine_newest(self, newest: Job) -> Answer:
+        # a newer one may have come meanwhile, or a jump have had it forgotten
+        self.worker.run(self.worker.take_waiting() or self._newest or newest)
+        return self._answer
+
+    def _publish_region(self) -> Answer:
+        if self._last is None:
+            return Answer(False, 'there is no result yet')
+        slice_ = slice_around(self._last, *self._refiner.took_part)
+        self._outputs.publish_region(self._last, slice_)
+        return Answer(True, str(slice_))
+
+    def _refine(self, job: Job) -> Refinement:
+        self.traffic.worker.begin(time.monotonic())
+        return self._refiner.refine(job.pair)
+
+    def _publish(self, job: Job, refinement: Refinement) -> None:
+        if not self.node.context.ok():
+            return
+        self._outputs.publish(refinement)
+        if not job.is_settled:
+            now = time.monotonic()
+            self.traffic.note_answer(now, job.received and now - job.received)
+        job.is_settled, self._last = True, refinement
+        self._report.result(refinement, self.dropped)
+        self._answer = _answer_of(refinement)
+        self._publish_debug(refinement)
+        self.traffic.worker.end(time.monotonic())
+
+    def _publish_debug(self, refinement: Refinement) -> None:
+        try:
+            self._outputs.publish_debug(refinement, self._refiner.took_part)
+        except Exception as error:  # the pair was answered: it is no refusal
+            self._log_unexpected(error)
+
+    def _refuse(self, job: Job, error: Exception) -> None:
+        self.traffic.worker.end(time.monotonic())
+        if not self.node.context.ok():  # shutting down; publishing is what failed
+            return
+        reason = str(error)
+        if not isinstance(error, IdemError):
+            self._log_unexpected(error)
+            reason = f'unexpected {type(error).__name__}: {error}'
+        self.traffic.refused += not job.is_settled
+        job.is_settled, self._answer = True, Answer(False, f'refused: {reason}')
+        self._report.refused(reason, job.pair.stamp, self._counts())
+
+    def _log_unexpected(self, error: Exception) -> None:
+        self.node.get_logger().error(''.join(traceback.format_exception(error)))
+
+    def _refuse_source(self, refusal) -> None:
+        self._report.refused(refusal.reason, refusal.stamp, self._counts())
+
+    def _on_jump(self, by: int) -> None:
+        self._newest = None
+        self._report.clock_set_back(seconds(by), self._counts())
+
+    def _report_period(self) -> None:
+        self.inputs.subscribe_anew()
+        pairing, worker = self.inputs.pairing, self.worker
+        if worker.is_busy:
+            state = 'busy', 'a refinement is under way'
+        elif self._is_paused:
+            state = 'paused', 'paused by ~/pause: the newest complete pair is kept'
+        else:
+            state = 'waiting', self.inputs.what_it_waits_for()
+        counts = {
+            'refused': self.traffic.refused + pairing.refused,
+            'waiting': pairing.waiting + worker.waiting,
+        }
+        load = self.traffic.load(time.monotonic(), self.dropped, counts)
+        self._report.period(*state, self._counts(), load)
+
+    def _counts(self) -> dict[str, int]:
+        return {'dropped': self.dropped, 'clock_jumps': self.inputs.pairing.jumps}
+
+    def _require_usable(self, changed=()) -> None:
+        configs = {kind: read_config(self.node, kind, changed) for kind in CONFIGS}
+        require_messages(configs[GuessConfig].type)
+        require_outputs(configs[OutputConfig])
+
+    def _check_parameters(self, changed) -> SetParametersResult:
+        try:
+            self._require_usable(changed)
+        except IdemError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, changed=()) -> None:
+        registration, preprocessing, pairing, guess, output = (
+            read_config(self.node, kind)
+            for kind in (
+                RegistrationConfig,
+                PreprocessingConfig,
+                PairingConfig,
+                GuessConfig,
+                OutputConfig,
+            )
+        )
+        self._refiner.configure(registration, preprocessing)
+        self.inputs.configure(pairing, guess)
+        if self._outputs:
+            self._outputs.configure(output)
+
+
+def _answer_of(refinement: Refinement) -> Answer:
+    result = refinement.result
+    return Answer(
+        result.converged,
+        f'{result.status.value}: q_tot {result.q_tot:.6g} nat, overlap {result.overlap:.3g}, '
+        f'{refinement.time_ms:.1f} ms, stamp {seconds_and_nanoseconds(refinement.stamp)}',
+    )
+
+
+def seconds_and_nanoseconds(stamp: int) -> str:
+    """Return a stamp [ns] as ROS prints it."""
+    return f'{stamp // 10**9}.{stamp % 10**9:09d}'

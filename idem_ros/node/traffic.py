@@ -1,0 +1,110 @@
+"""What comes in and goes out of the node: counts, rates, delays, and what they mean; no ROS."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from idem_ros.diagnostics import OK, STALE, WARN
+from idem_ros.node.rates import SPAN, RecentValues, Utilisation
+
+OTHER_CLOCK = 60.0  # [s] stamps farther from the node's clock are of another clock
+
+
+@dataclass(frozen=True)
+class Load:
+    """A report on the traffic."""
+
+    level: int
+    """Of `idem_ros.diagnostics`."""
+    reason: str
+    values: dict[str, str]
+
+
+class Traffic:
+    """Counts and times messages; `now` is [s] of a clock that is never set back.
+
+    Every source that is `received` is in the end answered, refused or dropped, or it waits.
+
+    Args:
+        inputs: names of the inputs; sources are 'source'.
+        now: when it begins.
+
+    Attributes:
+        received: sources that came.
+        answered: sources whose result was published.
+        refused: sources that were paired, and refused by the refinement.
+        worker: `Utilisation` of the worker.
+    """
+
+    def __init__(self, inputs: Iterable[str], now: float):
+        self.received = self.answered = self.refused = 0
+        self.worker = Utilisation(now)
+        self._inputs = {name: RecentValues(now) for name in inputs}
+        self._lags = RecentValues(now)
+        self._answers, self._answer_times = RecentValues(now), RecentValues(now)
+        self._dropped_before = 0
+
+    def note_input(self, name: str, now: float, lag: float | None) -> None:
+        """Take note of a message; `lag` [s] is from its stamp to its receipt, None: no stamp."""
+        self._inputs[name].add(now)
+        if name == 'source':
+            self.received += 1
+            if lag is not None:
+                self._lags.add(now, lag)
+
+    def note_answer(self, now: float, since_receipt: float | None) -> None:
+        """Take note of a result that was published, [s] after its source was received."""
+        self.answered += 1
+        self._answers.add(now)
+        if since_receipt is not None:
+            self._answer_times.add(now, since_receipt)
+
+    def load(self, now: float, dropped: int, counts: dict[str, int]) -> Load:
+        """Return what the last seconds were like.
+
+        Args:
+            now: [s].
+            dropped: sources dropped so far.
+            counts: more numbers to report.
+        """
+        lags, times = self._lags.values(now), self._answer_times.values(now)
+        share = self.worker.share(now)
+        values = {
+            **{f'{name}_hz': f'{each.rate(now):.2f}' for name, each in self._inputs.items()},
+            'result_hz': f'{self._answers.rate(now):.2f}',
+            **_mean_and_worst('stamp_to_receipt', lags),
+            **_mean_and_worst('receipt_to_publication', times),
+            'utilisation': f'{share:.3f}',
+            'received': str(self.received),
+            'answered': str(self.answered),
+            **{name: str(count) for name, count in counts.items()},
+            'dropped': str(dropped),
+        }
+        lately, self._dropped_before = dropped - self._dropped_before, dropped
+        level, reason = self._judged(now, lately, share)
+        return Load(level, '; '.join([reason, *_other_clock(lags)]), values)
+
+    def _judged(self, now: float, dropped: int, share: float) -> tuple[int, str]:
+        if not self._inputs['source'].values(now):
+            return STALE, f'no source has come in the last {SPAN:g} s'
+        if dropped:
+            return WARN, (
+                f'{dropped} sources were dropped since the last report: the worker is busy '
+                f'{share:.0%} of the time'
+            )
+        return OK, 'no source is dropped'
+
+
+def _mean_and_worst(name: str, values: list[float]) -> dict[str, str]:
+    mean = sum(values) / len(values) if values else float('nan')
+    worst = max(values, default=float('nan'))
+    return {f'{name}_s': f'{mean:.4f}', f'{name}_max_s': f'{worst:.4f}'}
+
+
+def _other_clock(lags: list[float]) -> list[str]:
+    if not lags or abs(lags[-1]) < OTHER_CLOCK:
+        return []
+    way = 'behind' if lags[-1] > 0 else 'ahead of'
+    return [
+        f'the stamps are {abs(lags[-1]):.3g} s {way} the clock of the node: where they are of a '
+        'recording or a simulation, set use_sim_time and have /clock published'
+    ]
