@@ -3,6 +3,7 @@
 from collections import Counter
 from typing import NamedTuple
 
+from mcap.reader import SeekingReader
 from mcap.records import Channel, Chunk, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -27,8 +28,9 @@ class Logged(NamedTuple):
 
 def mcap_messages(path):
     """Yield the `Logged` messages of an MCAP, None for each chunk that is damaged."""
-    schemas, channels = {}, {}
     with path.open('rb') as stream:
+        schemas, channels = _at_the_end(stream)
+        stream.seek(0)
         for record in _whole(StreamReader(stream, emit_chunks=True).records):
             inner = _records_of(record)
             if inner is None:
@@ -94,6 +96,15 @@ class Salvaged:
             if logged and logged.topic in topics and logged.log_time > after:
                 message = self._deserialize(logged.raw, logged.msgtype)
                 yield logged.topic, logged.log_time, message
+
+
+def _at_the_end(stream):
+    """Return the schemas and channels of the summary: a damaged chunk may hide the others."""
+    try:
+        summary = SeekingReader(stream).get_summary()
+        return dict(summary.schemas), dict(summary.channels)
+    except Exception:  # it is cut off; and see `_whole`
+        return {}, {}
 
 
 def _whole(records):
