@@ -1,0 +1,96 @@
+"""The soak in small: it counts right, says what is missed, and leaves no process behind."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from live import LONG, own_environment, rclpy  # noqa: F401  (the soak is of the live side)
+
+# isort: split
+import psutil
+
+from idem_ros.benchmarks.goal import Goal
+from idem_ros.node.soak import __main__ as soak
+from idem_ros.node.soak import parts
+from idem_ros.node.soak.children import PLAYER, SoakFailed, played_by, started
+from idem_ros.node.soak.footprint import Footprint, Sample
+from idem_ros.node.soak.player import Played
+from idem_ros.node.soak.stream import street_stream
+from idem_ros.pointcloud2 import read_points
+from idem_ros.recording.messages import CLOUD, typestore
+from idem_ros.transform_message import stamp_ns
+
+
+def test_quick_soak_reaches_its_figures_and_leaves_no_process():
+    command = [sys.executable, '-m', 'idem_ros.node.soak', '--quick']
+    environment = {**own_environment(), 'IDEM_SOAK_TEST': str(os.getpid())}
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONG)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert 'MISSED' not in run.stdout
+    assert '11 of 11 figures reached' in run.stdout
+    assert not list(marked_processes(str(os.getpid())))
+
+
+def marked_processes(mark):
+    for process in psutil.process_iter():
+        try:
+            if process.environ().get('IDEM_SOAK_TEST') == mark:
+                yield process
+        except psutil.Error:
+            continue
+
+
+def test_missed_figure_ends_with_exit_code_1(monkeypatch, capsys):
+    part = parts.Part('one', [Goal('x', 2.0, 1.0)])
+    for name in ('long_run', 'overload', 'killed'):
+        monkeypatch.setattr(parts, name, lambda size: part)
+    assert soak.main(['--quick']) == 1
+    assert 'MISSED' in capsys.readouterr().out
+
+
+def test_every_cloud_of_the_stream_has_as_many_points_as_asked_for_and_the_stamp():
+    (tick,) = street_stream(500, 1)
+    sent = tick.stamped(1_700_000_000_123_456_789)
+    for name in ('target', 'source'):
+        message = typestore().deserialize_cdr(sent[name], CLOUD)
+        assert stamp_ns(message) == 1_700_000_000_123_456_789
+        assert len(read_points(message).points) == 500
+    assert message.header.frame_id == 'lidar'
+
+
+def test_growth_threads_and_handles_are_held_after_the_first_minute():
+    part = parts.Part('one')
+    samples = [Sample(60.0 + i, 0.0, 1000 + i, 5, 9 + (i == 7)) for i in range(100)]
+    parts._hold_footprint(part, samples)
+    assert [(goal.figure, goal.reached) for goal in part.goals] == [
+        ('growth of the memory', False),
+        ('threads that came or went', True),
+        ('handles that came or went', False),
+    ]
+
+
+def test_footprint_of_a_process_that_ended_stays_what_it_was_last():
+    with started([sys.executable, '-c', 'input()'], stdin=subprocess.PIPE) as process:
+        footprint = Footprint(process.pid)
+        process.communicate()
+    footprint.sample()
+    assert len(footprint.samples) == 1
+    assert 'threads' in footprint.line()
+
+
+def test_sources_that_are_neither_answered_nor_dropped_are_counted():
+    load = {'received': '9', 'answered': '4', 'refused': '1', 'dropped': '2'}
+    assert Played(load=load).unsettled == 2
+
+
+@pytest.mark.parametrize('seconds', ['0', '1000'])
+def test_player_that_fails_or_does_not_end_is_reported(seconds):
+    code = f'import sys, time; time.sleep({seconds}); sys.exit(3)'
+    command = [PLAYER[0], '-c', code]
+    with (
+        started(command, stdout=subprocess.PIPE, text=True) as player,
+        pytest.raises(SoakFailed, match='exit code 3|did not end'),
+    ):
+        played_by(player, patience=0.0 if seconds != '0' else LONG)
+    assert player.returncode is not None
