@@ -97,6 +97,7 @@ def test_whatever_a_file_holds_is_shown_as_text(result):
         for frame in record['frames']:
             frame['status'] = EVIL
             frame[EVIL] = 1.0
+        record['notes'] = [EVIL]
 
     tags = Tags(page_of([changed(result, change, 'a" onload="x')]))
     assert len(tags.all('script')) == 1
@@ -126,3 +127,8 @@ def test_without_frames_the_page_says_so(result):
     text = page_of([changed(result, lambda record: record.update(frames=[]))], plots=())
     Tags(text)
     assert text.count('No frame was refined') == 2
+
+
+def test_what_a_result_notes_is_told(result):
+    text = page_of([changed(result, lambda record: record.update(notes=['the end is missing']))])
+    assert 'changed: the end is missing' in text

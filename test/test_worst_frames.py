@@ -1,11 +1,9 @@
-import shutil
-
 import numpy as np
 import pytest
 from replayed import changed, write_replayed
 
 from idem_ros.evaluation.report_runs import read_runs
-from idem_ros.evaluation.worst_frames import draw, recording_of, worst
+from idem_ros.evaluation.worst_frames import draw, worst
 
 PNG = b'\x89PNG\r\n'
 
@@ -85,22 +83,6 @@ def test_a_frame_that_the_recording_does_not_hold_is_told(result):
     pictures = draw([run], [[0, 1]])
     assert 'holds no such pair' in pictures[0, 0].note
     assert pictures[0, 1].images
-
-
-def test_another_recording_of_the_same_name_is_told_by_its_size(result):
-    path = changed(result, lambda r: r.update(made_by={'input': {'size': 7}, 'parameters': {}}))
-    (each,) = draw(read_runs([path]), [[0]]).values()
-    assert 'and had 7 when it was replayed' in each.note
-
-
-def test_a_recording_is_found_beside_its_result(result, tmp_path):
-    (tmp_path / 'moved').mkdir()
-    for name in ('result.json', 'scans.mcap'):
-        shutil.move(tmp_path / name, tmp_path / 'moved' / name)
-    (run,) = read_runs([tmp_path / 'moved' / 'result.json'])
-    assert recording_of(run.result) == tmp_path / 'moved' / 'scans.mcap'
-    (each,) = draw([run], [[3]]).values()
-    assert each.images
 
 
 def test_a_recording_cut_off_shows_the_frames_it_still_holds(result, tmp_path):

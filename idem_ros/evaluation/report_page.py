@@ -101,6 +101,7 @@ def _summary(runs):
         'summary',
         '<h3>What became of the sources</h3>',
         _table(report_tables.outcomes(runs)),
+        _notes(runs),
         '<h3>Before and after</h3>',
         _table(report_tables.before_and_after(runs)),
         '<details><summary>Every number of the frames</summary>',
@@ -110,6 +111,16 @@ def _summary(runs):
         made,
         '</details>',
     )
+
+
+def _notes(runs):
+    """Return what the results say that a reader should know of their recordings."""
+    entries = [
+        f'<li>{escape(run.name)}: {escape(str(note))}</li>'
+        for run in runs
+        for note in run.result.record.get('notes') or ()
+    ]
+    return f'<ul class="note">{"".join(entries)}</ul>' if entries else ''
 
 
 def _said_nothing(runs):
