@@ -31,12 +31,12 @@ def test_small_scans_are_made_as_they_are_needed_and_the_same_every_time():
             np.testing.assert_array_equal(a.data, b.data)
 
 
-def test_memory_stays_as_it_is_over_a_recording_streamed_from_disk(tmp_path):
-    missed, growth = evaluation.memory(tmp_path, 30, 300)
+def test_no_cloud_is_kept_over_a_recording_streamed_from_disk(tmp_path):
+    missed, kept = evaluation.memory(tmp_path, 100, 600)
     assert missed.reached
-    assert growth.reached
-    assert growth.measured < 5.0
-    assert '30 scans' in growth.figure
+    assert kept.measured < 12 * evaluation.SCAN_POINTS
+    assert 'after 100 scans' in kept.figure
+    assert kept.at_most == 4096
 
 
 def test_the_small_scans_are_refined_towards_their_truth(tmp_path):

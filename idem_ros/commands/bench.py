@@ -37,18 +37,14 @@ def add_parser(subparsers):
     _add_common(speed)
     add_config_options(speed, without=OWN)
     speed.set_defaults(run=_speed)
-    main = kinds.add_parser('main', help="the main job's figures; exit code 1 if one is missed")
-    _add_common(main)
-    add_config_options(main, without=OWN)
-    main.set_defaults(run=_main)
-    evaluation = kinds.add_parser(
-        'evaluation',
-        help='what evaluating recordings costs beside the refinements; exit code 1 if one is '
-        'missed',
-    )
-    _add_common(evaluation)
-    add_config_options(evaluation, without=OWN)
-    evaluation.set_defaults(run=_evaluation)
+    for name, run, what in (
+        ('main', _main, "the main job's figures"),
+        ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
+    ):
+        goals = kinds.add_parser(name, help=f'{what}; exit code 1 if one is missed')
+        _add_common(goals)
+        add_config_options(goals, without=OWN)
+        goals.set_defaults(run=run)
     report = kinds.add_parser(
         'report', help='time and size of a report of 1000 frames; exit code 1 if one is missed'
     )
