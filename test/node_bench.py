@@ -114,6 +114,11 @@ class Bench:
         every = [message.status[0] for message in self.received['diagnostics']]
         return [each for each in every if values_of(each).get('status') == word]
 
+    def loads(self):
+        """The statuses of the load, newest last."""
+        every = [message.status[0] for message in self.received['diagnostics']]
+        return [each for each in every if each.name.endswith(': load')]
+
     def transform_of(self, stamp):
         def found():
             return [m for m in self.received['transform'] if stamp_ns(m) == stamp]
