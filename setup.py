@@ -45,6 +45,7 @@ setup(
         'console_scripts': [
             'idem = idem_ros.commands.main:main',
             'idem_node = idem_ros.node.registration_node:main',
+            'idem_lifecycle_node = idem_ros.node.registration_node:main_managed',
         ]
     },
 )

@@ -96,12 +96,27 @@ class Bench:
         self.executor.add_node(self.other)
         self.node = None
 
-    def start(self):
-        self.node = RegistrationNode(context=self.context, parameter_overrides=self.overrides)
+    def make_node(self, kind=RegistrationNode):
+        self.node = kind(context=self.context, parameter_overrides=self.overrides)
         self.executor.add_node(self.node)
+        return self.node
+
+    def start(self):
+        self.make_node()
+        return self.connected()
+
+    def connected(self):
         self.until(lambda: all(p.get_subscription_count() for p in self.publishers()))
         self.until(lambda: self.node.count_subscribers('/idem_node/transform'))
         return self
+
+    def asked(self, kind, name, **request):
+        """What a service of the node answers."""
+        client = self.other.create_client(kind, f'/idem_node/{name}')
+        self.until(client.service_is_ready)
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done)
+        return future.result()
 
     def publishers(self):
         return [each for each in (self.target, self.source, self.guess) if each]

@@ -168,22 +168,14 @@ def test_error_in_a_cloud_to_look_at_is_no_refusal_of_a_pair_that_was_answered(
     assert b.statuses('refused') == []
 
 
-def asked(bench, kind, name, **request):
-    client = bench.other.create_client(kind, f'/idem_node/{name}')
-    bench.until(client.service_is_ready)
-    future = client.call_async(kind.Request(**request))
-    bench.until(future.done)
-    return future.result()
-
-
 def test_region_of_interest_is_published_on_request_around_the_last_result(bench, clouds):
     b = bench(voxel_size=0.3).start()
     grids = subscribed(b, OccupancyGrid, 'debug/region_of_interest')
-    early = asked(b, Trigger, 'publish_region_of_interest')
+    early = b.asked(Trigger, 'publish_region_of_interest')
     assert (early.success, early.message) == (False, 'there is no result yet')
     send(b, clouds, FIRST)
     T = matrix_of(b.transform_of(FIRST))
-    answer = asked(b, Trigger, 'publish_region_of_interest')
+    answer = b.asked(Trigger, 'publish_region_of_interest')
     assert answer.success
     assert 'nat (100) on 25 x 25 cells' in answer.message
     b.until(lambda: grids)

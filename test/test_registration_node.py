@@ -10,6 +10,11 @@ from live import LONG, own_environment, wait_for_line
 
 COMMAND = [sys.executable, '-m', 'idem_ros.node.registration_node']
 
+MANAGED = [
+    *(sys.executable, '-c'),
+    'import sys; from idem_ros.node import registration_node as run; sys.exit(run.main_managed())',
+]
+
 
 @pytest.fixture
 def start():
@@ -46,6 +51,22 @@ def test_signal_during_start_up_ends_the_node_with_exit_code_0(start, signum):
     node.send_signal(signum)
     _, errors = node.communicate(timeout=LONG)
     assert node.returncode == 0
+    assert 'Traceback' not in errors
+
+
+def test_managed_node_waits_for_its_manager_and_ends_with_exit_code_0(start):
+    node = start(command=MANAGED)
+    wait_for_line(node.stderr, 'unconfigured: waits for a lifecycle manager')
+    node.send_signal(signal.SIGTERM)
+    _, errors = node.communicate(timeout=LONG)
+    assert (node.returncode, errors) == (0, '')
+
+
+def test_managed_node_with_an_unusable_parameter_ends_with_exit_code_2_and_one_line(start):
+    node = start('--ros-args', '-p', 'a:=-1.0', command=MANAGED)
+    _, errors = node.communicate(timeout=LONG)
+    assert node.returncode == 2
+    assert 'idem_node: error: a is -1.0; it must be a finite number above 0' in errors
     assert 'Traceback' not in errors
 
 

@@ -91,6 +91,8 @@ class LiveRegistration:
 
     def open(self) -> None:
         """Make publishers and services, and listen to targets and guesses."""
+        self._refiner = Refiner()
+        self._apply_parameters()
         self._outputs = Outputs(self.node, read_config(self.node, OutputConfig))
         self._report = Report(self.node)
         warm_up()  # before there is a subscription: compiling holds the GIL for seconds

@@ -1,4 +1,4 @@
-"""Run the node as a process: `ros2 run idem_ros idem_node`."""
+"""Run the node as a process: `ros2 run idem_ros idem_node`, or `idem_lifecycle_node`."""
 
 import argparse
 import signal
@@ -13,11 +13,12 @@ DESCRIPTION = (
 )
 
 
-def main(args: list[str] | None = None) -> int:
+def main(args: list[str] | None = None, is_managed: bool = False) -> int:
     """Refine clouds until SIGINT or SIGTERM; one that comes during start-up counts after it.
 
     Args:
         args: command line with the program's name; None for that of the process.
+        is_managed: whether a lifecycle manager says when it refines, rather than from the start.
 
     Returns:
         0, or 2 where an argument or a parameter cannot be used (one line on stderr says why).
@@ -27,10 +28,15 @@ def main(args: list[str] | None = None) -> int:
         # it raises nothing: inside an import or a compilation that would come out as another
         # error, or crash. Nor is it left to rclpy, which pulls the context from under the executor
         signal.signal(signum, lambda signum, frame: received.append(signum))
-    return _run(args, received)
+    return _run(args, received, is_managed)
 
 
-def _run(args: list[str] | None, received: list[int]) -> int:
+def main_managed(args: list[str] | None = None) -> int:
+    """Run the node as a managed one, see `main`."""
+    return main(args, is_managed=True)
+
+
+def _run(args: list[str] | None, received: list[int], is_managed: bool) -> int:
     # late, with the handlers in place: importing and compiling take seconds
     import rclpy
     from rclpy.exceptions import NameValidationException
@@ -38,13 +44,12 @@ def _run(args: list[str] | None, received: list[int]) -> int:
     from rclpy.signals import SignalHandlerOptions
 
     from idem_ros.core import IdemError
-    from idem_ros.node.adapter import RegistrationNode
 
     node = None
     try:
         _refuse_own_arguments(args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        node = RegistrationNode()
+        node = _node_class(is_managed)()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not received:
@@ -58,6 +63,16 @@ def _run(args: list[str] | None, received: list[int]) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _node_class(is_managed: bool) -> type:
+    if is_managed:
+        from idem_ros.node.lifecycle_node import LifecycleRegistrationNode
+
+        return LifecycleRegistrationNode
+    from idem_ros.node.adapter import RegistrationNode
+
+    return RegistrationNode
 
 
 def _refuse_own_arguments(args: list[str] | None) -> None:
