@@ -10,9 +10,10 @@ def traffic():
 
 
 def test_nothing_that_came_is_stale(traffic):
-    load = traffic.load(10.0, dropped=0, counts={})
+    load = traffic.load(10.0, dropped=0, counts={}, inputs=('source',))
     assert (load.level, load.reason) == (STALE, 'no source has come in the last 5 s')
     assert (load.values['source_hz'], load.values['stamp_to_receipt_s']) == ('0.00', 'nan')
+    assert 'target_hz' not in load.values
 
 
 def test_rates_delays_and_counts_are_those_of_what_was_noted(traffic):
@@ -23,7 +24,7 @@ def test_rates_delays_and_counts_are_those_of_what_was_noted(traffic):
         traffic.worker.end(now + 0.1)
         traffic.note_answer(now + 0.1, since_receipt=0.1 if i else 0.3)
     traffic.note_input('target', 9.0, lag=None)
-    load = traffic.load(10.0, dropped=0, counts={'waiting': 0})
+    load = traffic.load(10.0, dropped=0, counts={'waiting': 0}, inputs=('target', 'source'))
     assert (load.level, load.reason) == (OK, 'no source is dropped')
     assert load.values == {
         'target_hz': '0.20',
@@ -43,17 +44,17 @@ def test_rates_delays_and_counts_are_those_of_what_was_noted(traffic):
 
 def test_sources_dropped_since_the_last_report_are_a_warning(traffic):
     traffic.note_input('source', 1.0, lag=0.0)
-    assert traffic.load(2.0, dropped=3, counts={}).level == WARN
-    load = traffic.load(3.0, dropped=5, counts={})
+    assert traffic.load(2.0, dropped=3, counts={}, inputs=('source',)).level == WARN
+    load = traffic.load(3.0, dropped=5, counts={}, inputs=('source',))
     assert load.level == WARN
     assert load.reason.startswith('2 sources were dropped')
-    assert traffic.load(4.0, dropped=5, counts={}).level == OK
+    assert traffic.load(4.0, dropped=5, counts={}, inputs=('source',)).level == OK
 
 
 @pytest.mark.parametrize(('lag', 'way'), [(3.0e7, 'behind'), (-100.0, 'ahead of')])
 def test_stamps_of_another_clock_are_told(traffic, lag, way):
     traffic.note_input('source', 1.0, lag)
-    load = traffic.load(2.0, dropped=0, counts={})
+    load = traffic.load(2.0, dropped=0, counts={}, inputs=('source',))
     assert load.level == OK
     assert f'{abs(lag):.3g} s {way} the clock of the node' in load.reason
 
@@ -61,6 +62,6 @@ def test_stamps_of_another_clock_are_told(traffic, lag, way):
 def test_source_without_a_stamp_has_no_delay(traffic):
     traffic.note_input('source', 1.0, lag=None)
     traffic.note_answer(1.1, since_receipt=None)
-    load = traffic.load(2.0, dropped=0, counts={})
+    load = traffic.load(2.0, dropped=0, counts={}, inputs=('source',))
     assert load.values['stamp_to_receipt_s'] == load.values['receipt_to_publication_s'] == 'nan'
     assert (load.values['received'], load.values['answered']) == ('1', '1')

@@ -235,7 +235,8 @@ class LiveRegistration:
             'refused': self.traffic.refused + pairing.refused,
             'waiting': pairing.waiting + worker.waiting,
         }
-        load = self.traffic.load(time.monotonic(), self.dropped, counts)
+        names = sorted(self.inputs.subscriptions)
+        load = self.traffic.load(time.monotonic(), self.dropped, counts, names)
         self._report.period(*state, self._counts(), load)
 
     def _counts(self) -> dict[str, int]:

@@ -58,18 +58,21 @@ class Traffic:
         if since_receipt is not None:
             self._answer_times.add(now, since_receipt)
 
-    def load(self, now: float, dropped: int, counts: dict[str, int]) -> Load:
+    def load(
+        self, now: float, dropped: int, counts: dict[str, int], inputs: Iterable[str]
+    ) -> Load:
         """Return what the last seconds were like.
 
         Args:
             now: [s].
+            inputs: those to tell the rate of.
             dropped: sources dropped so far.
             counts: more numbers to report.
         """
         lags, times = self._lags.values(now), self._answer_times.values(now)
         share = self.worker.share(now)
         values = {
-            **{f'{name}_hz': f'{each.rate(now):.2f}' for name, each in self._inputs.items()},
+            **{f'{name}_hz': f'{self._inputs[name].rate(now):.2f}' for name in inputs},
             'result_hz': f'{self._answers.rate(now):.2f}',
             **_mean_and_worst('stamp_to_receipt', lags),
             **_mean_and_worst('receipt_to_publication', times),
