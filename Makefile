@@ -19,6 +19,7 @@ help:
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
+	@echo 'make soak    hold the node to a working day: ten minutes of large clouds, overload, faults'
 	@echo 'make clean   remove the virtual environments and what was built'
 
 demo: $(READY)
@@ -54,6 +55,10 @@ colcon: $(INSTALLED)/.ready
 		IDEM_EXECUTABLES=install/lib/idem_ros IDEM_SHARE=install/share/idem_ros $(CHECK)
 	ROS_PYTHON_CHECK_FIELDS=1 $(INSTALLED_BIN)/python -m colcon test --merge-install --paths . \
 		--event-handlers console_direct+ --return-code-on-test-failure --pytest-args $(ARGS)
+
+soak: $(READY)
+	$(BIN)/python -m idem_ros.node.soak $(ARGS)
+	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/test_fuzz.py test/test_fuzz_live.py
 
 clean:
 	rm -rf $(VENV) $(INSTALLED) build install log *.egg-info
