@@ -1,6 +1,7 @@
 """The node in this process: guesses of every type, pairing by stamps, clocks that are set back."""
 
 from importlib.util import find_spec
+from types import SimpleNamespace
 
 import poses
 import pytest
@@ -12,6 +13,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
+from rclpy.event_handler import QoSSubscriptionEventType
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
@@ -277,3 +279,13 @@ def test_simulated_clock_that_is_set_back_clears_the_buffers(bench, clouds):
     send(b, clouds, FIRST - 9 * SECOND)
     b.transform_of(FIRST - 9 * SECOND)
     assert values(b.statuses('clock_set_back')[-1])['clock_jumps'] == '1'
+
+
+def test_messages_that_dds_lost_are_told_by_their_input(bench):
+    b = bench().start()
+    handlers = b.node.registration.inputs.subscriptions['target'].event_handlers
+    lost = QoSSubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST
+    (handler,) = [each for each in handlers if each.event_type == lost]
+    handler.callback(SimpleNamespace(total_count_change=3))
+    b.until(lambda: any(values(each)['target_lost'] == '3' for each in b.loads()))
+    assert '3 messages were lost on the way' in b.loads()[-1].message

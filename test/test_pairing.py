@@ -419,3 +419,42 @@ def test_a_map_outlives_a_clock_that_goes_back(rule, kept):
 def test_a_value_out_of_range_is_refused_by_name(change, message):
     with pytest.raises(InvalidConfig, match=message):
         PairingConfig(**change)
+
+
+def test_guesses_of_another_type_begin_anew_and_sources_wait_for_them(pairing):
+    pairing.add_target(cloud(1))
+    pairing.add_guess(guess(0))
+    pairing.configure(PairingConfig(), GuessConfig(type='odometry'))
+    assert pairing.add_source(cloud(2)) == []
+    (pair,) = pairing.add_guess(odometry(2, 5.0))
+    assert x_of(pair) == 5.0
+
+
+def test_guesses_of_the_same_type_stay_when_their_limits_change(pairing):
+    pairing.add_target(cloud(1))
+    pairing.add_guess(guess(2))
+    pairing.configure(PairingConfig(), GuessConfig(max_age=3.0))
+    assert len(pairing.add_source(cloud(2))) == 1
+
+
+def test_dropped_sources_are_counted_and_targets_and_guesses_stay(pairing):
+    pairing.add_target(cloud(1))
+    for stamp in (2, 3):
+        pairing.add_source(cloud(stamp))
+    pairing.drop_sources()
+    assert (pairing.waiting, pairing.dropped) == (0, 2)
+    pairing.add_guess(guess(4))
+    assert len(pairing.add_source(cloud(4))) == 1
+
+
+def test_pairing_that_begins_anew_waits_for_everything_and_keeps_its_counts(pairing):
+    pairing.add_target(cloud(LATER))
+    pairing.add_guess(guess(LATER))
+    pairing.add_source(cloud(LATER + 1))
+    pairing.forget()
+    assert pairing.waiting_for() == 'target and source and initial_guess'
+    assert (pairing.dropped, pairing.why_it_waits()) == (1, '')
+    pairing.add_target(cloud(LONG_AGO))
+    pairing.add_guess(guess(LONG_AGO))
+    assert len(pairing.add_source(cloud(LONG_AGO))) == 1
+    assert pairing.jumps == 0

@@ -29,6 +29,8 @@ def test_rates_delays_and_counts_are_those_of_what_was_noted(traffic):
     assert load.values == {
         'target_hz': '0.20',
         'source_hz': '4.00',
+        'target_lost': '0',
+        'source_lost': '0',
         'result_hz': '4.00',
         'stamp_to_receipt_s': '0.0500',
         'stamp_to_receipt_max_s': '0.0500',
@@ -65,3 +67,13 @@ def test_source_without_a_stamp_has_no_delay(traffic):
     load = traffic.load(2.0, dropped=0, counts={}, inputs=('source',))
     assert load.values['stamp_to_receipt_s'] == load.values['receipt_to_publication_s'] == 'nan'
     assert (load.values['received'], load.values['answered']) == ('1', '1')
+
+
+def test_messages_lost_on_the_way_are_a_warning_that_says_what_helps(traffic):
+    traffic.note_lost('target', 2)
+    traffic.note_lost('source', 1)
+    load = traffic.load(2.0, dropped=0, counts={}, inputs=('target', 'source'))
+    assert load.level == WARN
+    assert load.reason.startswith('3 messages were lost on the way')
+    assert (load.values['target_lost'], load.values['source_lost']) == ('2', '1')
+    assert traffic.load(3.0, dropped=0, counts={}, inputs=('source',)).level == STALE

@@ -140,7 +140,10 @@ class Inputs:
         }
         callbacks = {name: self._taking(name, receivers[name]) for name in names}
         guess_type = self.pairing.guess_type
-        self.subscriptions.update(subscribe(self._node, self._quality, guess_type, callbacks))
+        taken = subscribe(
+            self._node, self._quality, guess_type, callbacks, self._traffic.note_lost
+        )
+        self.subscriptions.update(taken)
 
     def _unsubscribe(self, names: tuple[str, ...]) -> None:
         for name in names:

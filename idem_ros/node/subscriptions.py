@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
@@ -19,6 +20,7 @@ def subscribe(
     config: SubscriptionConfig,
     guess_type: str,
     callbacks: dict[str, Callable[[Any], None]],
+    on_lost: Callable[[str, int], None],
 ) -> dict[str, Subscription]:
     """Subscribe to those inputs with a callback that a type of guess asks for.
 
@@ -27,6 +29,7 @@ def subscribe(
         config: reliability and depth.
         guess_type: of `GuessConfig`.
         callbacks: {input: takes its messages}.
+        on_lost: takes an input and how many more of its messages DDS has lost.
 
     Returns:
         {input: subscription}
@@ -38,7 +41,11 @@ def subscribe(
     classes = {name: _class_of(topic.msgtype, guess_type) for name, topic in topics.items()}
     return {
         name: node.create_subscription(
-            classes[name], topic.name, callbacks[name], _quality(name, config)
+            classes[name],
+            topic.name,
+            callbacks[name],
+            _quality(name, config),
+            event_callbacks=_losses_of(name, on_lost),
         )
         for name, topic in topics.items()
     }
@@ -56,6 +63,12 @@ def require_messages(guess_type: str) -> None:
 
 def _class_of(msgtype: str, guess_type: str) -> type:
     return class_needed(msgtype, f'initial_guess.type is {guess_type!r}')
+
+
+def _losses_of(name: str, on_lost: Callable[[str, int], None]) -> SubscriptionEventCallbacks:
+    return SubscriptionEventCallbacks(
+        message_lost=lambda info: on_lost(name, int(info.total_count_change))
+    )
 
 
 def _quality(name: str, config: SubscriptionConfig) -> QoSProfile:

@@ -41,7 +41,8 @@ class Traffic:
         self._inputs = {name: RecentValues(now) for name in inputs}
         self._lags = RecentValues(now)
         self._answers, self._answer_times = RecentValues(now), RecentValues(now)
-        self._dropped_before = 0
+        self._lost = dict.fromkeys(self._inputs, 0)
+        self._dropped_before, self._lost_before = 0, 0
 
     def note_input(self, name: str, now: float, lag: float | None) -> None:
         """Take note of a message; `lag` [s] is from its stamp to its receipt, None: no stamp."""
@@ -50,6 +51,10 @@ class Traffic:
             self.received += 1
             if lag is not None:
                 self._lags.add(now, lag)
+
+    def note_lost(self, name: str, count: int) -> None:
+        """Take note of messages that were sent, and lost on the way."""
+        self._lost[name] += count
 
     def note_answer(self, now: float, since_receipt: float | None) -> None:
         """Take note of a result that was published, [s] after its source was received."""
@@ -73,6 +78,7 @@ class Traffic:
         share = self.worker.share(now)
         values = {
             **{f'{name}_hz': f'{self._inputs[name].rate(now):.2f}' for name in inputs},
+            **{f'{name}_lost': str(self._lost[name]) for name in inputs},
             'result_hz': f'{self._answers.rate(now):.2f}',
             **_mean_and_worst('stamp_to_receipt', lags),
             **_mean_and_worst('receipt_to_publication', times),
@@ -82,18 +88,28 @@ class Traffic:
             **{name: str(count) for name, count in counts.items()},
             'dropped': str(dropped),
         }
-        lately, self._dropped_before = dropped - self._dropped_before, dropped
-        level, reason = self._judged(now, lately, share)
+        level, reason = self._judged(now, dropped, share)
         return Load(level, '; '.join([reason, *_other_clock(lags)]), values)
 
     def _judged(self, now: float, dropped: int, share: float) -> tuple[int, str]:
-        if not self._inputs['source'].values(now):
-            return STALE, f'no source has come in the last {SPAN:g} s'
-        if dropped:
-            return WARN, (
-                f'{dropped} sources were dropped since the last report: the worker is busy '
+        lost = sum(self._lost.values())
+        newly_lost, self._lost_before = lost - self._lost_before, lost
+        newly_dropped, self._dropped_before = dropped - self._dropped_before, dropped
+        reasons = []
+        if newly_dropped:
+            reasons.append(
+                f'{newly_dropped} sources were dropped since the last report: the worker is busy '
                 f'{share:.0%} of the time'
             )
+        if newly_lost:
+            reasons.append(
+                f'{newly_lost} messages were lost on the way since the last report: take '
+                'reliability reliable, or config/fastdds_large_clouds.xml for every process'
+            )
+        if reasons:
+            return WARN, '; '.join(reasons)
+        if not self._inputs['source'].values(now):
+            return STALE, f'no source has come in the last {SPAN:g} s'
         return OK, 'no source is dropped'
 
 
