@@ -75,8 +75,8 @@ OUTPUTS = {
         'diagnostic_msgs/msg/DiagnosticArray',
         '"registration": of each result q_tot, q_mean, overlap, radius, iterations, status and '
         'reason, milliseconds of each stage, points; what was refused and why; what the node '
-        'waits for. "load", every second: rates, losses, delays, sources received, answered, refused, '
-        'waiting and dropped, utilisation of the worker',
+        'waits for. "load", every second: rates, losses, delays, sources received, answered, '
+        'refused, waiting and dropped, utilisation of the worker',
     ),
 }
 TF_OUTPUT = Topic('/tf', TF, 'with publish_tf: results that converged')
