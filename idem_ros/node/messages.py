@@ -22,6 +22,7 @@ from idem_ros.q_tot_slice import QTotSlice
 from idem_ros.refinement import Refinement
 from idem_ros.transform_message import translation_and_quaternion
 
+FIRST_STAMP, LAST_STAMP = -(2**31) * 10**9, 2**31 * 10**9 - 1  # [ns]: seconds are of type int32
 UNKNOWN_VARIANCE = 1e6  # [m2] and [rad2]: a filter that takes it gives the pose no weight
 
 
@@ -139,8 +140,12 @@ def diagnostics_message(
 
 
 def time_message(stamp: int) -> Time:
-    """Return a stamp [ns] as a ROS message."""
-    seconds, nanoseconds = divmod(int(stamp), 10**9)
+    """Return a stamp [ns] as a ROS message.
+
+    One beyond what the message holds becomes the last that it does: the nanoseconds of a message
+    that was received may be more than a second, and one that says so has to be sent all the same.
+    """
+    seconds, nanoseconds = divmod(max(FIRST_STAMP, min(int(stamp), LAST_STAMP)), 10**9)
     return Time(sec=seconds, nanosec=nanoseconds)
 
 
