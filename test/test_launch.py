@@ -14,7 +14,7 @@ import yaml
 from conftest import ROOT
 
 from idem_ros.commands.main import _parser
-from idem_ros.node.interface import INPUTS, parameter_fields
+from idem_ros.node.interface import INPUTS, OUTPUTS, parameter_fields
 from idem_ros.node.loopback import loopback_environment
 from idem_ros.parameters import default_of, parameter_name
 
@@ -133,6 +133,8 @@ def test_rviz_is_started_where_it_is_asked_for_with_the_topics_of_the_node(launc
         if 'Topic' in each
     }
     assert set(dict(rviz.remappings)) <= {*topics, '/source'}
+    published = {topic.name.replace('~', '/idem_node') for topic in OUTPUTS.values()}
+    assert topics - {'/target'} <= published
 
 
 def test_rviz_and_the_profile_for_large_clouds_are_off_by_default(launched):
