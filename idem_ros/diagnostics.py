@@ -1,9 +1,13 @@
 """What diagnostics say of a refinement, in the same words live and in a replay."""
 
+from idem_ros.core import Verdict
+
 OK, WARN, ERROR, STALE = range(4)
+WRONG = (Verdict.MISALIGNED, Verdict.SEPARATED, Verdict.OUTSIDE_BASIN)
 REASONS = {
     'converged': 'converged: no step moves the source any more',
     'max_iterations': 'max_iterations steps of a stage did not suffice',
+    'late': 'budget_ms was spent: this is the best until then',
     'no_overlap': 'no point of one cloud has a neighbour in the other: the guess is too far off, '
     'or they do not overlap',
     'degenerate': 'the clouds do not hold every motion: see free_motions',
@@ -23,6 +27,7 @@ def refinement_values(refinement, dropped):
         'status': result.status.value,
         'reason': reason(result),
         'milliseconds': f'{refinement.time_ms:.3f}',
+        **_assessment_values(refinement),
         **{f'{stage}_ms': f'{ms:.3f}' for stage, ms in refinement.times._asdict().items()},
         'points_target': str(refinement.points_target),
         'points_source': str(refinement.points_source),
@@ -33,8 +38,30 @@ def refinement_values(refinement, dropped):
 
 
 def level(refinement):
-    """Return 0 (OK) where the refinement converged, else 1 (WARN)."""
-    return OK if refinement.result.converged else WARN
+    """Return 0 (OK), 1 (WARN) or 2 (ERROR): by the verdict, or without one by the status.
+
+    An error is a result that is wrong; of the others that are not aligned nobody knows.
+    """
+    said = refinement.result.assessment
+    if said is None:
+        return OK if refinement.result.converged else WARN
+    if said.verdict is Verdict.ALIGNED:
+        return OK
+    return ERROR if said.verdict in WRONG else WARN
+
+
+def _assessment_values(refinement):
+    said = refinement.result.assessment
+    if said is None:
+        return {}
+    return {
+        'verdict': said.verdict.value,
+        'verdict_reason': said.reason,
+        'p_aligned': repr(float(said.p_aligned)),
+        'free_motions': f'{said.free} of {refinement.source_frame}' if said.free else 'none',
+        'basin': repr(float(said.basin)),
+        'sigma': ' '.join(f'{sigma:.3g}' for sigma in said.covariance.diagonal() ** 0.5),
+    }
 
 
 def reason(result):

@@ -9,7 +9,7 @@ from idem_ros.core.cloud import Cloud, neighbourhoods
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import build_grid, neighbours
 from idem_ros.core.joint_entropy import JointEntropy
-from idem_ros.core.linearization import SUMS, linearize, unpack
+from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.moments import entropy, raw_moments, rotated, unit_moments
 from idem_ros.core.voxels import reduce_to_voxels
 
@@ -144,9 +144,9 @@ def linearized(target, source, r, noise, slide=False):
     first = np.arange(len(target) + 1) * len(source)
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
     around = (own.grid.points, own.raw_own, others, UNIT, first, member, np.eye(3), np.zeros(3))
-    sums = np.zeros(SUMS)
-    linearize(*around, r**2, r, noise, slide, 0, len(target), sums)
-    return unpack(sums)
+    sums = np.zeros((1, SUMS))
+    linearize(*around, r**2, r, noise, slide, (0, len(target), 1), IN_ONE, sums)
+    return unpack(sums[0])
 
 
 @pytest.mark.parametrize('noise', [0.0, 0.01])
@@ -176,7 +176,7 @@ def test_the_gradient_of_both_sides_is_the_finite_difference(rng, skin):
     source = np.vstack([knots + rng.normal(size=(40, 3)) * 0.003 for _ in range(4)])
     source = se3.transform_points(se3.inverse(T), source)
     clouds = [Cloud(points).reduced(0.02) for points in (target, source)]
-    joint = JointEntropy(*clouds, 0.2, 'radius', skin)
+    joint = JointEntropy(*clouds, 0.2, 'radius', skin=skin)
     T_origins = T.copy()
     T_origins[:3, 3] += T[:3, :3] @ clouds[1].origin - clouds[0].origin
 

@@ -8,13 +8,19 @@ from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, Inv
 # Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
 _LOADED_LATER = {
     'Cloud': 'cloud',
+    'Assessment': 'assessment',
     'RegistrationResult': 'registration',
-    'Status': 'registration',
+    'Status': 'status',
+    'Verdict': 'assessment',
+    'assess': 'assessment',
     'fourth_neighbor_distance': 'metric',
     'q_per_point': 'metric',
     'q_tot': 'metric',
     'register': 'registration',
     'search_radius': 'metric',
+    'Landscape': 'landscape',
+    'region_along_axes': 'region_of_interest',
+    'region_on_grid': 'region_of_interest',
     'warm_up': 'compilation',
 }
 

@@ -7,6 +7,7 @@ from idem_ros.core.exceptions import InvalidConfig
 
 LENGTH_SCALES = ('radius', 'none')
 FREE_MOTIONS = ('guess', 'solve')
+ASSESSMENTS = ('none', 'verdict')
 
 
 def _parameter(default, description, unit='', choices=None):
@@ -43,11 +44,23 @@ class RegistrationConfig:
     translation_tolerance: float = _parameter(
         1e-4, 'a stage has converged when a step moves by less than this multiple of the radius'
     )
+    budget_ms: float | None = _parameter(
+        None,
+        'time after which the best so far is the result, with status "late"; none: no limit, and '
+        'the same result in every run',
+        'ms',
+    )
     free_motions: str = _parameter(
         'guess',
         'motions that no surface holds (along a corridor, about a pole): "guess" leaves them as '
         'the initial guess has them, "solve" follows what little the points say',
         choices=FREE_MOTIONS,
+    )
+    assessment: str = _parameter(
+        'verdict',
+        'what is said of a result: "verdict" (can it be trusted, and its covariance; takes a '
+        'quarter of the time) or "none"',
+        choices=ASSESSMENTS,
     )
 
     def __post_init__(self):
@@ -61,6 +74,9 @@ class RegistrationConfig:
             _require_positive('radius_schedule', factor)
         _require_one_of('length_scale', self.length_scale, LENGTH_SCALES)
         _require_one_of('free_motions', self.free_motions, FREE_MOTIONS)
+        _require_one_of('assessment', self.assessment, ASSESSMENTS)
+        if self.budget_ms is not None:
+            _require_positive('budget_ms', self.budget_ms)
         _require_count('max_iterations', self.max_iterations)
         _require_count('threads', self.threads)
         _require_positive('rotation_tolerance', self.rotation_tolerance)

@@ -22,12 +22,14 @@ from idem_ros.core.moments import (
     unit_moments,
 )
 
-# Planes, corridors, poles and spheres leave at most 0.0015 where they are free; the scenes of
-# `idem bench accuracy` hold every motion by 0.009 or more.
-LEAST_STRENGTH = 0.002
+# Of the mean square along the normals: planes, corridors, poles and spheres leave at most 0.0015
+# where they are free, the scenes of `idem bench accuracy` hold by 0.009 or more, and an exact
+# surface may hold by less and yet firmly.
+LEAST_STRENGTH = 0.005
+CHANCE = 3.0  # standard errors
+NOISE = 2.0  # variances of a normal
 SAMPLE = 1024  # centres of each cloud, about
 LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
-LEAST_BALLS = 30
 FLAT = 4.0  # least second variance of a surface over its first
 SQUARINGS = 4  # of a projector on the normal: (1/4)^16 is what they leave of the second axis
 
@@ -36,6 +38,8 @@ class Hold(NamedTuple):
     """How firmly each of six motions is held, the loosest first."""
 
     strength: np.ndarray  # (6,): mean square of a unit motion along the normals
+    error: np.ndarray  # (6,): its standard error
+    noise: float  # mean variance of a normal [rad^2]
     motions: np.ndarray  # (6, 6): columns (omega, v) in the frame at the target's origin, each of
     # which moves the surfaces by about 1
     pivot: np.ndarray  # (3,) in that frame: the rotations turn about it
@@ -44,26 +48,35 @@ class Hold(NamedTuple):
 
     @property
     def free(self):
-        """(6,) bool: the motions that nothing holds; none where too few balls could tell."""
-        return (self.strength < LEAST_STRENGTH) & (self.balls >= LEAST_BALLS)
+        """(6,) bool: the motions that nothing holds but chance or noise."""
+        by_chance = (self.strength < CHANCE * self.error) | (self.strength < NOISE * self.noise)
+        return by_chance & (self.strength + CHANCE * self.error < LEAST_STRENGTH)
 
 
 def hold_of(joint, T_target_source):
     """Return the `Hold` of a `JointEntropy`'s clouds on one another at a transform."""
     T, pairs = T_target_source, joint.pairs_at(T_target_source)
     back, r2 = se3.inverse(T), joint.r2
-    K, x = _strengths(joint.target, joint.source, pairs.of_target, T, r2)
-    K_there, x_there = _strengths(joint.source, joint.target, pairs.of_source, back, r2)
     to_source = se3.adjoint(back)
-    K += to_source.T @ K_there @ to_source
+    *here, x, v = _planes(joint.target, joint.source, pairs.of_target, T, r2)
+    *there, x_there, v_there = _planes(joint.source, joint.target, pairs.of_source, back, r2)
     x = np.concatenate([x, se3.transform_points(T, x_there)])
     if len(x) == 0:
-        return Hold(np.zeros(6), np.eye(6), np.zeros(3), 1.0, 0)
+        pivot, arm = middle_and_arm(joint, T)
+        unknown = np.zeros(6), np.full(6, np.inf), np.inf
+        return Hold(*unknown, unit_motions(pivot, arm), pivot, arm, 0)
     pivot = x.mean(axis=0)
     arm = max(float(np.sqrt(np.mean(np.sum((x - pivot) ** 2, axis=1)))), joint.radius)
     units = unit_motions(pivot, arm)
-    strength, axes = np.linalg.eigh(units.T @ (K + K.T) @ units / (2 * len(x)))
-    return Hold(strength, units @ axes, pivot, arm, len(x))
+    a, b = (
+        np.concatenate([j, j_there @ to_source]) @ units
+        for j, j_there in zip(here, there, strict=True)
+    )
+    noise = float(np.concatenate([v, v_there]).mean())
+    mean = a.T @ b / len(x)
+    strength, axes = np.linalg.eigh((mean + mean.T) / 2)
+    error = ((a @ axes) * (b @ axes)).std(axis=0) / np.sqrt(len(x))
+    return Hold(strength, error, noise, units @ axes, pivot, arm, len(x))
 
 
 def unit_motions(pivot, arm):
@@ -74,20 +87,35 @@ def unit_motions(pivot, arm):
     return units
 
 
-def _strengths(centres, others, candidates, T, r2):
+def middle_and_arm(joint, T_target_source):
+    """Return the source's middle in the target's frame, (3,), and how far its points are from it.
+
+    Between the clouds' origins; the arm is a root mean square, and a radius at least.
+    """
+    points = joint.source.grid.points
+    middle = points.mean(axis=0)
+    arm = float(np.sqrt(np.mean(np.sum((points - middle) ** 2, axis=1))))
+    return se3.transform_points(T_target_source, middle), max(arm, joint.radius)
+
+
+def _planes(centres, others, candidates, T, r2):
+    """Return j = (x times n, n) of either cloud's plane in each ball, (n, 6), x, (n, 3), and v."""
     stride = max(len(centres.order) // SAMPLE, 1)
-    K, x = np.zeros((6, 6)), np.empty((len(centres.order) // stride + 1, 3))
+    most = len(centres.order) // stride + 1
+    a, b, x, v = np.empty((most, 6)), np.empty((most, 6)), np.empty((most, 3)), np.empty(most)
     own = (centres.grid.points, centres.raw_own)
     R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
-    n = _sum(*own, others.grid.points, others.raw, *candidates, R, t, r2, stride, K, x)
-    return K, x[:n]
+    around = (others.grid.points, others.raw, *candidates, R, t)
+    n = _fill_planes(*own, *around, r2, stride, a, b, x, v)
+    return a[:n], b[:n], x[:n], v[:n]
 
 
 @njit(**JIT)
-def _sum(centres, own, points, raw, first, member, R, t, r2, stride, K, at):
-    """Add j_A j_B^T, j = (x times n, n), of every stride-th centre's ball to K; return how many.
+def _fill_planes(centres, own, points, raw, first, member, R, t, r2, stride, ja, jb, at, v):
+    """Fill j = (x times n, n) of either cloud in every stride-th centre's ball; return how many.
 
-    x and n are mean and normal of its points of either cloud; `at` takes their means.
+    x and n are mean and normal of a cloud's points in the ball; the normals' signs are alike. v is
+    the variance of a normal, the two clouds' geometric mean.
     """
     n = 0
     for i in range(0, centres.shape[0], stride):
@@ -101,14 +129,17 @@ def _sum(centres, own, points, raw, first, member, R, t, r2, stride, K, at):
         if m[0] < LEAST_MEMBERS:
             continue
         a, b = _row(own, i), rotated(R, m)
-        flat_a, na = _normal(covariance(a))
-        flat_b, nb = _normal(covariance(b))
-        if not (flat_a and flat_b):
+        va, na = _normal(covariance(a))
+        vb, nb = _normal(covariance(b))
+        if va < 0.0 or vb < 0.0:
             continue
+        v[n] = np.sqrt(va / a[0] * vb / b[0])
         p = centres[i]
         xa = (p[0] + a[1] / a[0], p[1] + a[2] / a[0], p[2] + a[3] / a[0])
         xb = (p[0] + b[1] / b[0], p[1] + b[2] / b[0], p[2] + b[3] / b[0])
-        _add_outer(xa, na, xb, nb, K)
+        sign = 1.0 if na[0] * nb[0] + na[1] * nb[1] + na[2] * nb[2] >= 0.0 else -1.0
+        _fill(ja[n], xa, na, 1.0)
+        _fill(jb[n], xb, nb, sign)
         at[n, 0], at[n, 1], at[n, 2] = xa
         n += 1
     return n
@@ -122,8 +153,9 @@ def _row(m, i):
 
 @njit(**JIT)
 def _normal(s):
-    """Return whether a covariance is that of a surface, and its normal: the axis of least spread.
+    """Return first variance over second, and the first's axis: the normal of a surface.
 
+    -1 where a covariance is no surface's. The variance of a normal is this over the members.
     The adjugate's widest axis is the normal; squaring it leaves little of the others.
     """
     xx, xy, xz, yy, yz, zz = s
@@ -138,7 +170,7 @@ def _normal(s):
     )
     minors = n[0] + n[3] + n[5]
     if not (minors > 0.0 and FLAT * determinant(s) * spread < minors * minors):
-        return False, (0.0, 0.0, 0.0)
+        return -1.0, (0.0, 0.0, 0.0)
     for _ in range(SQUARINGS):
         n = _squared(n)
     if n[0] >= n[3] and n[0] >= n[5]:
@@ -148,7 +180,8 @@ def _normal(s):
     else:
         column = (n[2], n[4], n[5])
     f = 1.0 / np.sqrt(column[0] ** 2 + column[1] ** 2 + column[2] ** 2)
-    return True, (column[0] * f, column[1] * f, column[2] * f)
+    flatness = max(determinant(s), 0.0) * spread / (minors * minors)
+    return flatness, (column[0] * f, column[1] * f, column[2] * f)
 
 
 @njit(**JIT)
@@ -162,22 +195,8 @@ def _squared(n):
 
 
 @njit(**JIT)
-def _add_outer(xa, na, xb, nb, K):
-    """Add j_A j_B^T, the normals' signs being alike."""
-    sign = 1.0 if na[0] * nb[0] + na[1] * nb[1] + na[2] * nb[2] >= 0.0 else -1.0
-    ja, jb = _along(xa, na), _along(xb, nb)
-    for r in range(6):
-        for c in range(6):
-            K[r, c] += sign * ja[r] * jb[c]
-
-
-@njit(**JIT)
-def _along(x, n):
-    return (
-        x[1] * n[2] - x[2] * n[1],
-        x[2] * n[0] - x[0] * n[2],
-        x[0] * n[1] - x[1] * n[0],
-        n[0],
-        n[1],
-        n[2],
-    )
+def _fill(j, x, n, sign):
+    j[0] = sign * (x[1] * n[2] - x[2] * n[1])
+    j[1] = sign * (x[2] * n[0] - x[0] * n[2])
+    j[2] = sign * (x[0] * n[1] - x[1] * n[0])
+    j[3], j[4], j[5] = sign * n[0], sign * n[1], sign * n[2]

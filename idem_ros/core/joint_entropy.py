@@ -8,7 +8,7 @@ from idem_ros.core import se3
 from idem_ros.core.blocks import in_blocks, in_threads, spans
 from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
 from idem_ros.core.cloud import neighbourhoods
-from idem_ros.core.linearization import SUMS, linearize, unpack
+from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.moments import TIE, entropy_difference
 
 NOISE = 0.005  # of the radius: standard deviation added to every axis of a covariance
@@ -23,13 +23,13 @@ class JointEntropy:
         target, source: `Cloud`s.
         radius: of the balls, > 0, in the clouds' unit.
         length_scale: 'radius' or 'none'.
-        skin: how far the source may move, over the radius, before pairs are enumerated again;
-            at most SKIN.
         threads: for the kernels; the results are the same for any number.
         slide: whether the linearisation leaves out the pull along the surface.
+        skin: how far the source may move, over the radius, before pairs are enumerated again;
+            at most SKIN.
     """
 
-    def __init__(self, target, source, radius, length_scale, skin=SKIN, threads=1, slide=False):
+    def __init__(self, target, source, radius, length_scale, threads=1, slide=False, skin=SKIN):
         self.radius = radius
         self.r2 = radius * radius * TIE
         self.scale = length_unit(length_scale, radius)
@@ -95,9 +95,9 @@ class JointEntropy:
         size = (self.r2, self.scale, self.noise, self.slide)
 
         def sums_of(begin, end):
-            sums = np.zeros(SUMS)
-            linearize(*own, *around, *size, begin, end, sums)
-            return sums
+            sums = np.zeros((1, SUMS))
+            linearize(*own, *around, *size, (begin, end, 1), IN_ONE, sums)
+            return sums[0]
 
         return [partial(sums_of, *span) for span in spans(len(centres.order))]
 

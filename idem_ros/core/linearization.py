@@ -23,20 +23,24 @@ from idem_ros.core.moments import (
 
 # One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
 SUMS = 27
+IN_ONE = np.empty(0, np.int64)  # all centres are of the first group
 
 
 @njit(**JIT)
 def linearize(
-    centres, own, points, raw, first, member, R, t, r2, scale, noise, slide, begin, end, sums
+    centres, own, points, raw, first, member, R, t, r2, scale, noise, slide, chosen, group, sums
 ):
-    """Add gradient and Gauss-Newton matrix over centres [begin, end) to sums (27,).
+    """Add gradient and Gauss-Newton matrix over centres begin, begin + stride, ... < end to sums.
+
+    chosen: (begin, end, stride). sums (G, 27): of each group; group (N,): which one each centre is
+    in, or (0,): all are in the first.
 
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
     axis of every covariance. slide: leave out the pull along the surface, `_without_widest`.
     """
     c = TWO_PI_E_CUBED / scale**6
-    for i in range(begin, end):
+    for i in range(*chosen):
         if first[i] == first[i + 1]:
             continue
         x, y, z = into_frame(centres[i], R, t)
@@ -58,7 +62,8 @@ def linearize(
             w = _inverse(sigma, det)
             if slide:
                 w = _without_widest(w, sigma)
-            _add_centre(centres[i], cross, joint, w, rho, sums)
+            g = group[i] if group.shape[0] > 0 else 0
+            _add_centre(centres[i], cross, joint, w, rho, g, sums)
 
 
 @njit(**JIT)
@@ -95,7 +100,7 @@ def _times(w, x, y, z):
 
 
 @njit(**JIT)
-def _add_centre(p, cross, joint, w, rho, sums):
+def _add_centre(p, cross, joint, w, rho, g, sums):
     """Add one centre's gradient and matrix; the sums of a ball are relative to its centre p."""
     n, sx, sy, sz, xx, xy, xz, yy, yz, zz = cross
     k = joint[0]
@@ -108,55 +113,61 @@ def _add_centre(p, cross, joint, w, rho, sums):
     ax, ay, az = _times(w, xx, xy, xz)  # rows of S W
     cx, cy, cz = _times(w, xy, yy, yz)
     ex, ey, ez = _times(w, xz, yz, zz)
-    sums[0] += f * (p[1] * bz - p[2] * by + cz - ey - (sy * uz - sz * uy))
-    sums[1] += f * (p[2] * bx - p[0] * bz + ex - az - (sz * ux - sx * uz))
-    sums[2] += f * (p[0] * by - p[1] * bx + ay - cx - (sx * uy - sy * ux))
-    sums[3] += f * bx
-    sums[4] += f * by
-    sums[5] += f * bz
-    _add_matrix(p[0] + sx / n, p[1] + sy / n, p[2] + sz / n, w, f * n * (1.0 - n / k), sums)
+    sums[g, 0] += f * (p[1] * bz - p[2] * by + cz - ey - (sy * uz - sz * uy))
+    sums[g, 1] += f * (p[2] * bx - p[0] * bz + ex - az - (sz * ux - sx * uz))
+    sums[g, 2] += f * (p[0] * by - p[1] * bx + ay - cx - (sx * uy - sy * ux))
+    sums[g, 3] += f * bx
+    sums[g, 4] += f * by
+    sums[g, 5] += f * bz
+    _add_matrix(p[0] + sx / n, p[1] + sy / n, p[2] + sz / n, w, f * n * (1.0 - n / k), g, sums)
 
 
 @njit(**JIT)
-def _add_matrix(x, y, z, w, f, sums):
+def _add_matrix(x, y, z, w, f, g, sums):
     """Add f J^T W J, J = [-[x]_x, I]: the motion of the moving members' mean."""
     wxx, wxy, wxz, wyy, wyz, wzz = w
-    sums[6] += f * wxx
-    sums[7] += f * wxy
-    sums[8] += f * wxz
-    sums[9] += f * wyy
-    sums[10] += f * wyz
-    sums[11] += f * wzz
+    sums[g, 6] += f * wxx
+    sums[g, 7] += f * wxy
+    sums[g, 8] += f * wxz
+    sums[g, 9] += f * wyy
+    sums[g, 10] += f * wyz
+    sums[g, 11] += f * wzz
     a00, a01, a02 = y * wxz - z * wxy, y * wyz - z * wyy, y * wzz - z * wyz  # [x]_x W
     a10, a11, a12 = z * wxx - x * wxz, z * wxy - x * wyz, z * wxz - x * wzz
     a20, a21, a22 = x * wxy - y * wxx, x * wyy - y * wxy, x * wyz - y * wxz
-    sums[12] += f * a00
-    sums[13] += f * a01
-    sums[14] += f * a02
-    sums[15] += f * a10
-    sums[16] += f * a11
-    sums[17] += f * a12
-    sums[18] += f * a20
-    sums[19] += f * a21
-    sums[20] += f * a22
-    sums[21] += f * (a02 * y - a01 * z)  # -[x]_x W [x]_x
-    sums[22] += f * (a00 * z - a02 * x)
-    sums[23] += f * (a01 * x - a00 * y)
-    sums[24] += f * (a10 * z - a12 * x)
-    sums[25] += f * (a11 * x - a10 * y)
-    sums[26] += f * (a21 * x - a20 * y)
+    sums[g, 12] += f * a00
+    sums[g, 13] += f * a01
+    sums[g, 14] += f * a02
+    sums[g, 15] += f * a10
+    sums[g, 16] += f * a11
+    sums[g, 17] += f * a12
+    sums[g, 18] += f * a20
+    sums[g, 19] += f * a21
+    sums[g, 20] += f * a22
+    sums[g, 21] += f * (a02 * y - a01 * z)  # -[x]_x W [x]_x
+    sums[g, 22] += f * (a00 * z - a02 * x)
+    sums[g, 23] += f * (a01 * x - a00 * y)
+    sums[g, 24] += f * (a10 * z - a12 * x)
+    sums[g, 25] += f * (a11 * x - a10 * y)
+    sums[g, 26] += f * (a21 * x - a20 * y)
 
 
 def unpack(sums):
-    """Return gradient (6,) and Gauss-Newton matrix (6, 6), both in the order (omega, v)."""
-    matrix = np.empty((6, 6))
-    matrix[3:, 3:] = _symmetric(sums[6:12])
-    matrix[:3, 3:] = sums[12:21].reshape(3, 3)
-    matrix[3:, :3] = matrix[:3, 3:].T
-    matrix[:3, :3] = _symmetric(sums[21:27])
-    return sums[:6].copy(), matrix
+    """Return gradients (..., 6) and Gauss-Newton matrices (..., 6, 6) of sums (..., 27).
+
+    Both are in the order (omega, v).
+    """
+    return sums[..., :6], sums[..., _MATRIX]
 
 
-def _symmetric(upper):
-    xx, xy, xz, yy, yz, zz = upper
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+def _places():
+    """Return where in the sums each entry of the matrix is, (6, 6)."""
+    place = np.empty((6, 6), int)
+    upper = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+    place[3:, 3:], place[:3, :3] = 6 + upper, 21 + upper
+    place[:3, 3:] = np.arange(12, 21).reshape(3, 3)
+    place[3:, :3] = place[:3, 3:].T
+    return place
+
+
+_MATRIX = _places()

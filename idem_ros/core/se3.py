@@ -65,17 +65,26 @@ def translation(t):
 
 def exp(twist):
     """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
-    omega, v = twist[:3], twist[3:]
-    angle = np.linalg.norm(omega)
-    hat = skew(omega)
+    result = np.eye(4)
+    result[:3, :3] = Rotation.from_rotvec(twist[:3]).as_matrix()
+    result[:3, 3] = _left_jacobian(twist[:3]) @ twist[3:]
+    return result
+
+
+def _left_jacobian(omega):
+    """Return the (3, 3) matrix that takes v of a twist to the translation."""
+    angle, hat = np.linalg.norm(omega), skew(omega)
     if angle < 1e-4:  # Taylor: (1 - cos a)/a^2 and (a - sin a)/a^3 lose their digits
         b, c = 0.5 - angle**2 / 24, 1 / 6 - angle**2 / 120
     else:
         b, c = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
-    result = np.eye(4)
-    result[:3, :3] = Rotation.from_rotvec(omega).as_matrix()
-    result[:3, 3] = (np.eye(3) + b * hat + c * hat @ hat) @ v
-    return result
+    return np.eye(3) + b * hat + c * hat @ hat
+
+
+def log(transform):
+    """Return the twist (omega, v), (6,), whose `exp` is a (4, 4) rigid transform."""
+    omega = Rotation.from_matrix(transform[:3, :3]).as_rotvec()
+    return np.r_[omega, np.linalg.solve(_left_jacobian(omega), transform[:3, 3])]
 
 
 def adjoint(transform):

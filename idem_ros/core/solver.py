@@ -1,5 +1,6 @@
 """Iterate on SE(3): linearise, step, stop; for any cost with a gradient and a matrix."""
 
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,13 @@ class Solution(NamedTuple):
 
 
 def minimize_on_se3(
-    linearize, transform, max_iterations, rotation_tolerance, distance_tolerance, motions=None
+    linearize,
+    transform,
+    max_iterations,
+    rotation_tolerance,
+    distance_tolerance,
+    motions=None,
+    deadline=np.inf,
 ):
     """Follow over-relaxed Gauss-Newton steps until one is short in rotation and translation.
 
@@ -36,6 +43,7 @@ def minimize_on_se3(
         rotation_tolerance: [rad].
         distance_tolerance: in the unit of the translation.
         motions: (6, k) twists that steps are made of; None: any.
+        deadline: of perf_counter [s]; the step under way at that time is the last.
     """
     relaxation, last = FIRST_RELAXATION, None
     for iteration in range(1, max_iterations + 1):
@@ -53,7 +61,9 @@ def minimize_on_se3(
             and np.linalg.norm(settled[3:]) <= distance_tolerance
         ):
             return Solution(transform, matrix, iteration, True, free)
-    return Solution(transform, matrix, max_iterations, False, free)
+        if perf_counter() > deadline:
+            break
+    return Solution(transform, matrix, iteration, False, free)
 
 
 def _secant(relaxation, last, step, matrix):

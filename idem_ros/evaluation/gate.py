@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.core.registration import Status
+from idem_ros.core.status import Status
 
 EXPECTED = 'NAME[.STATISTIC] OP NUMBER, such as translation_error_m.p90 < 0.05'
 RULE = re.compile(

@@ -1,0 +1,170 @@
+"""Can a pose be trusted? A verdict with its probability and reason, and a covariance."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core import se3
+from idem_ros.core.basin import gauge
+from idem_ros.core.cloud import as_cloud
+from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.constraint import hold_of
+from idem_ros.core.contrast import contrasts
+from idem_ros.core.covariance import FREE_VARIANCE, by_region, covariance_of
+from idem_ros.core.joint_entropy import JointEntropy, between_origins
+from idem_ros.core.metric import overlap_of
+from idem_ros.core.stages import joint_entropy, prepare
+from idem_ros.core.status import Status
+from idem_ros.core.verdict_model import probability
+from idem_ros.core.words import free_in_words
+
+ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
+LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of the clouds
+CREDIBLE = 0.5
+FLAT = 0.1  # contrast below which it is to blame for a verdict
+LEAST_FIRMNESS = 1e-4
+
+
+class Verdict(Enum):
+    """What is to be thought of a pose."""
+
+    ALIGNED = 'aligned'
+    MISALIGNED = 'misaligned'
+    LOW_OVERLAP = 'low_overlap'
+    SEPARATED = 'separated'
+    DEGENERATE = 'degenerate'
+    OUTSIDE_BASIN = 'outside_basin'
+    NOT_CONVERGED = 'not_converged'
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """A verdict on a pose, and what it stands on."""
+
+    verdict: Verdict
+    p_aligned: float  # probability that it is right along every motion held; nan: unknown
+    reason: str
+    free: str = ''  # the motions that nothing holds, in words, in the source's axes
+    # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin
+    covariance: np.ndarray = field(default_factory=lambda: FREE_VARIANCE * np.eye(6))
+    # least rise of q_mean a radius away along a motion, over how firmly surfaces hold it [nat]
+    contrast: float = 0.0
+    step: float = 0.0  # how far the next step would move the surfaces, over the radius
+    overlap: float = 0.0
+    basin: float = np.nan  # where the guess was: 0 at the minimum, 1 at the rim of its basin
+
+
+class Solve(NamedTuple):
+    """What a solve knows of the pose that it ended at."""
+
+    status: Status
+    credibility: float
+    first: JointEntropy  # of its first stage
+    T_guess: np.ndarray  # (4, 4), between the clouds' origins
+
+
+def assess(target, source, T_target_source, config=None):
+    """Judge anybody's pose of the source in the target frame; nothing moves.
+
+    Args:
+        target: (N, 3) points or a `Cloud`, in the target frame.
+        source: (M, 3) points or a `Cloud`, in the source frame.
+        T_target_source: (4, 4) the pose.
+        config: `RegistrationConfig`, as for `register`; None: its defaults.
+
+    Returns:
+        An `Assessment`; clouds too small to judge are one, too, not an exception.
+
+    Raises:
+        InvalidCloud, InvalidTransform: for input that is no cloud or no rigid transform.
+    """
+    config = RegistrationConfig() if config is None else config
+    target, source = as_cloud(target), as_cloud(source)
+    T = between_origins(target, source, se3.checked_transform(T_target_source))
+    prepared = prepare(target, source, config)
+    if not prepared.stages or prepared.stages[-1].radius == 0.0:
+        return too_little(*prepared.clouds)
+    joint = joint_entropy(prepared, prepared.stages[-1], slide=True)
+    (_, reach_target), (_, reach_source) = joint.per_point(T)
+    _, overlap = overlap_of(reach_target, reach_source)
+    return judged(joint, T, hold_of(joint, T), overlap, source.origin)
+
+
+def judged(joint, T, hold, overlap, origin, solve=None):
+    """Return the `Assessment` of a pose.
+
+    Args:
+        joint: `JointEntropy` at the last radius.
+        T: (4, 4) the pose, between the clouds' origins.
+        hold: its `Hold` there.
+        overlap: share of the points that have a neighbour in the other cloud.
+        origin: (3,) of the source cloud in the source frame.
+        solve: the `Solve` that ended there, where one did.
+    """
+    if overlap == 0.0:
+        reason = f'no point has a neighbour in the other cloud within {joint.radius:.3g}'
+        return Assessment(Verdict.SEPARATED, 0.0, reason)
+    pulls, stiffness = by_region(joint, T, hold)
+    seen = _seen(joint, T, hold, pulls.sum(axis=0), stiffness.sum(axis=0))
+    p = probability(seen['contrast'], seen['step'])
+    free = free_in_words(hold, T[:3, :3])
+    covariance = covariance_of(joint, T, hold, pulls, stiffness)
+    position = T[:3, 3] - T[:3, :3] @ origin
+    return Assessment(
+        *_verdict(p, seen, overlap, free, solve),
+        free=free,
+        covariance=_of_pose(covariance, position),
+        overlap=overlap,
+        basin=np.nan if solve is None else gauge(solve.first, T, solve.T_guess),
+        **seen,
+    )
+
+
+def too_little(target, source):
+    """Return the `Assessment` of clouds that have too few points, or all in one place."""
+    counts = f'{len(target)} and {len(source)} points'
+    reason = f'{counts} are too few to judge, or all in one place'
+    return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
+
+
+def _seen(joint, T, hold, gradient, matrix):
+    """Return the least relative contrast, and how far the next step moves, over the radius."""
+    held = hold.motions[:, ~hold.free]
+    along, *_ = np.linalg.lstsq(held.T @ matrix @ held, held.T @ gradient, rcond=1e-9)
+    rise = contrasts(joint, T, held).reshape(-1, 2).min(axis=1)
+    firmness = np.maximum(hold.strength[~hold.free], LEAST_FIRMNESS)
+    return {
+        'contrast': float((rise / firmness).min(initial=np.inf)),
+        'step': float(np.linalg.norm(along)) / joint.radius,
+    }
+
+
+def _verdict(p, seen, overlap, free, solve):
+    """Return the verdict, the probability and the reason."""
+    contrast, step = seen['contrast'], seen['step']
+    if overlap < LEAST_OVERLAP:
+        share = f'{overlap:.1%} of the points have a neighbour in the other cloud'
+        return Verdict.LOW_OVERLAP, p, share
+    if p < CREDIBLE:
+        if solve is not None and solve.credibility < CREDIBLE:
+            return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'
+        if contrast > FLAT:
+            return Verdict.MISALIGNED, p, f'the minimum is {step:.2g} radii away, or more'
+        return Verdict.MISALIGNED, p, f'other poses agree as well: a contrast of {contrast:.2g}'
+    if free:
+        return Verdict.DEGENERATE, p, f'{free} of the source frame'
+    if solve is not None and solve.status in (Status.MAX_ITERATIONS, Status.LATE):
+        return Verdict.NOT_CONVERGED, p, f'the solver stopped early: {solve.status.value}'
+    return Verdict.ALIGNED, p, f'every way out leads up, the next step is {step:.1g} radii'
+
+
+def _of_pose(covariance, position):
+    """Move the covariance of a twist about the target's origin to that of the source frame's pose.
+
+    The source's origin moves by v + omega x position; the translation comes first.
+    """
+    moved = np.eye(6)
+    moved[3:, :3] = -se3.skew(position)
+    return (moved @ covariance @ moved.T)[np.ix_(ROS_ORDER, ROS_ORDER)]

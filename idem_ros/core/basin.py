@@ -1,0 +1,60 @@
+"""Whether a stage ended in a valley of q_tot, and whether it has left that of the guess."""
+
+import numpy as np
+
+from idem_ros.core import se3
+from idem_ros.core.constraint import middle_and_arm, unit_motions
+from idem_ros.core.contrast import contrasts, sums_at_each
+
+SAMPLE = 128  # centres of each cloud, about
+# How likely a solve succeeds: logistic in the logarithm of the mean contrast, its slope and where
+# it is even; where the first stage ended, and where the last coarse one did.
+FIRST, LAST = (2.13, 0.0615), (3.96, 0.0963)
+LEAST = 0.01
+FARTHEST, PROBE = 6.0, 0.5  # of the radius
+
+
+def credibility(joint, T_target_source, model):
+    """Return how likely a solve succeeds of which a coarse stage ended here, 0 to 1.
+
+    In a valley every way out leads up: by how much q_mean rises a radius away, on average.
+    """
+    motions = unit_motions(*middle_and_arm(joint, T_target_source))
+    mean = float(contrasts(joint, T_target_source, motions, SAMPLE).mean())
+    slope, middle = model
+    return 1.0 / (1.0 + (middle / max(mean, LEAST)) ** slope)
+
+
+def has_strayed(joint, T_target_source, T_guess):
+    """Whether the clouds agree less here than at the guess, though no fewer met there."""
+    (here, there), (near, far) = zip(
+        *(sums_at_each(joint, T[None], _everywhere(joint)) for T in (T_target_source, T_guess)),
+        strict=True,
+    )
+    return bool(far >= near > 0 and there * near < here * far)
+
+
+def gauge(joint, T_target_source, T_guess):
+    """Return how far a guess was on the way from a minimum to the crown of maxima around it.
+
+    0 at the minimum, 1 at the rim, more beyond. q_tot is probed along the one motion that leads
+    through both poses, each half radius of the surfaces' motion, up to FARTHEST radii.
+
+    Args:
+        joint: a `JointEntropy` at a coarse radius.
+        T_target_source: (4, 4) the minimum, between the clouds' origins.
+        T_guess: (4, 4) likewise.
+    """
+    twist = se3.log(T_guess @ se3.inverse(T_target_source))
+    along = np.linalg.solve(unit_motions(*middle_and_arm(joint, T_target_source)), twist)
+    way = float(np.linalg.norm(along)) / joint.radius
+    if way == 0.0:
+        return 0.0
+    places = np.arange(0.0, FARTHEST + PROBE, PROBE)
+    transforms = np.array([se3.exp(at / way * twist) @ T_target_source for at in places])
+    q, _ = sums_at_each(joint, transforms, _everywhere(joint), SAMPLE)
+    return way / places[max(int(np.argmax(q)), 1)]
+
+
+def _everywhere(joint):
+    return [np.arange(len(cloud.order)) for cloud in (joint.target, joint.source)]

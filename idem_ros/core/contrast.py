@@ -1,0 +1,69 @@
+"""How much worse the clouds agree a radius away from a pose, along each motion that is held."""
+
+import numpy as np
+from numba import njit
+
+from idem_ros.core import se3
+from idem_ros.core.grid import neighbours
+from idem_ros.core.jit import JIT
+from idem_ros.core.moments import entropy, into_frame, plus, rotated, unit_moments
+
+SAMPLE = 256  # centres of each cloud, about
+
+
+def contrasts(joint, T_target_source, motions, sample=SAMPLE):
+    """Return (2 k,): by how much q_mean is higher a radius to either side of a pose.
+
+    Of points that have a neighbour in the other cloud at the pose.
+
+    Args:
+        joint: a `JointEntropy`.
+        T_target_source: (4, 4) pose, between the clouds' origins.
+        motions: (6, k) twists (omega, v) that move the surfaces by about 1.
+        sample: centres of each cloud that it is taken from, about.
+    """
+    T, pairs = T_target_source, joint.pairs_at(T_target_source)
+    steps = joint.radius * motions.T
+    places = np.array([T, *(se3.exp(sign * step) @ T for step in steps for sign in (-1, 1))])
+    near = (np.flatnonzero(np.diff(side.first)) for side in pairs[:2])
+    q, within = sums_at_each(joint, places, near, sample)
+    return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(2 * len(steps))
+
+
+def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
+    """Return the sum of q_i (K,) at transforms (K, 4, 4), and of how many points each is (K,).
+
+    Of those in reach at the first transform; a point out of reach at another counts 0 there.
+
+    Args:
+        joint: a `JointEntropy`.
+        transforms: (K, 4, 4), between the clouds' origins.
+        chosen: indices of centres of the target, and of the source.
+        sample: how many of each, about, are taken.
+    """
+    sides = ((joint.target, joint.source), (joint.source, joint.target))
+    backs = np.array([se3.inverse(transform) for transform in transforms])
+    q, within = np.zeros((2, len(transforms)))
+    for (centres, others), at, some in zip(sides, (transforms, backs), chosen, strict=True):
+        some = some[:: max(len(some) // sample, 1)]
+        own = (centres.grid.points, centres.unit_own, centres.entropy)
+        R, t = np.ascontiguousarray(at[:, :3, :3]), np.ascontiguousarray(at[:, :3, 3])
+        _sum_at_each(*own, some, others.grid, R, t, joint.r2, joint.scale, q, within)
+    return q, within
+
+
+@njit(**JIT)
+def _sum_at_each(centres, own, h_own, chosen, grid, R, t, r2, scale, q, within):
+    """Add q_i (Eq. 7) of those in reach at the first transform to q (K,), and 1 to within."""
+    found = np.empty(grid.points.shape[0] + 1, np.int32)
+    for i in chosen:
+        for k in range(q.shape[0]):
+            x, y, z = into_frame(centres[i], R[k], t[k])
+            n = neighbours(x, y, z, grid, r2, found)
+            if n == 0:
+                if k == 0:
+                    break
+                continue
+            m = unit_moments(x, y, z, grid.points, found, 0, n, r2)
+            q[k] += entropy(plus(own, i, rotated(R[k], m)), scale) - h_own[i]
+            within[k] += 1.0

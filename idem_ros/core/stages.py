@@ -1,0 +1,166 @@
+"""The stages of a registration, coarse to fine, and what keeps them in the basin of the guess."""
+
+import itertools
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core.basin import FIRST, LAST, credibility, has_strayed
+from idem_ros.core.blocks import in_threads
+from idem_ros.core.cloud import Cloud, neighbourhoods
+from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.joint_entropy import JointEntropy, length_unit
+from idem_ros.core.noise import widening
+from idem_ros.core.radii import rounded, stage_radii, widest_useful
+from idem_ros.core.solver import Solution, minimize_on_se3
+
+EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
+CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
+FINE = 0.25  # of the radius
+SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hold ten or so
+LEAST_POINTS = 5  # a point and its four neighbours
+WIDER = 2.0  # than the first stage, where that did not find its way
+
+
+class Stage(NamedTuple):
+    """One minimisation."""
+
+    radius: float
+    factor: float  # of the last radius, and of the finest voxels
+
+
+class Prepared(NamedTuple):
+    """Two clouds, and the stages that they are registered in."""
+
+    clouds: tuple[Cloud, Cloud]  # target and source, at the finest
+    ours: tuple[bool, bool]  # whether the coarser clouds may be let go
+    stages: tuple[Stage, ...]  # coarse to fine; none where there are too few points
+    config: RegistrationConfig
+    deadline: float  # of perf_counter [s]
+
+
+class Descent(NamedTuple):
+    """Where the stages ended."""
+
+    joint: JointEntropy  # of the last stage
+    solution: Solution
+    iterations: int
+    is_late: bool  # the budget was spent before it converged
+    first: JointEntropy  # of the first stage
+    credibility: float  # of the valley that the coarse stages ended in; nan for a single stage
+
+
+def prepare(target, source, config, ours=(False, False)):
+    """Return the `Prepared` pair: voxels, radii of Eq. 9, the last one fit for noise."""
+    deadline = perf_counter() + 1e-3 * config.budget_ms if config.budget_ms else np.inf
+    clouds = (target, source)
+    if config.voxel_size is not None:
+        clouds = _reduced(clouds, config.voxel_size, config.threads)
+    if min(len(cloud) for cloud in clouds) < LEAST_POINTS:
+        return Prepared(clouds, ours, (), config, deadline)
+    radii = stage_radii(*clouds, config)
+    if config.voxel_size is None and radii[-1] > 0.0:
+        clouds = [_uncrowded(cloud, radii[-1]) for cloud in clouds]
+    if radii[-1] > 0.0:
+        radii[-1] = _widened(*clouds, radii[-1], config)
+    widest = widest_useful(*clouds)
+    *earlier, last = map(Stage, radii, config.radius_schedule)
+    stages = [stage for stage in earlier if stage.radius <= widest]
+    return Prepared(tuple(clouds), ours, (*stages, last), config, deadline)
+
+
+def descend(prepared, T, motions=None):
+    """Minimise from T through the stages; motions (6, k): those allowed, None: all.
+
+    A first stage that ends in no valley starts again from a wider one. Stages that end where the
+    clouds agree less than at T have left its basin: the first ones are then left out.
+    """
+    iterations = 0
+    for first in range(len(prepared.stages)):
+        descent = _through(prepared, prepared.stages[first:], T, motions)
+        iterations += descent.iterations
+        end = descent.solution.transform
+        if descent.is_late or not has_strayed(descent.joint, end, T):
+            break
+    return descent._replace(iterations=iterations)
+
+
+def joint_entropy(prepared, stage, slide):
+    """Return the `JointEntropy` of a stage, on voxels as coarse as it is wide."""
+    config, clouds = prepared.config, prepared.clouds
+    if stage.factor > 1.0:
+        voxel_size = config.voxel_size
+        spacing = SPACING * stage.radius if voxel_size is None else stage.factor * voxel_size
+        clouds = _reduced(clouds, spacing, config.threads)
+    return JointEntropy(*clouds, stage.radius, config.length_scale, config.threads, slide)
+
+
+def _through(prepared, stages, T, motions):
+    *coarse, last = stages
+    iterations, joint, belief = 0, None, np.nan
+    if coarse:
+        joint, solution, iterations = _first(prepared, coarse[0], T, motions)
+        T = solution.transform
+    first = joint
+    for stage in coarse[1:]:
+        if perf_counter() < prepared.deadline:
+            joint, solution = _minimized(prepared, stage, T, motions)
+            T, iterations = solution.transform, iterations + solution.iterations
+    if coarse:
+        belief = credibility(joint, T, LAST)
+    joint, solution = _minimized(prepared, last, T, motions, last=True)
+    is_late = perf_counter() > prepared.deadline and not solution.converged
+    iterations += solution.iterations
+    return Descent(joint, solution, iterations, is_late, first or joint, belief)
+
+
+def _first(prepared, stage, T, motions):
+    """Return `JointEntropy` and `Solution` of the first stage, and all the steps it took."""
+    joint, solution = _minimized(prepared, stage, T, motions)
+    belief = credibility(joint, solution.transform, FIRST)
+    wider = Stage(WIDER * stage.radius, WIDER * stage.factor)
+    if belief > 0.5 or wider.radius > widest_useful(*prepared.clouds):
+        return joint, solution, solution.iterations
+    _, found = _minimized(prepared, wider, T, motions)
+    joint, again = _minimized(prepared, stage, found.transform, motions)
+    iterations = solution.iterations + found.iterations + again.iterations
+    better = credibility(joint, again.transform, FIRST) > belief
+    return joint, again if better else solution, iterations
+
+
+def _minimized(prepared, stage, T, motions, last=False):
+    """Minimise one stage from T; return its `JointEntropy` and the `Solution`."""
+    config, joint = prepared.config, joint_entropy(prepared, stage, slide=last)
+    ease = 1.0 if last else EASE
+    solution = minimize_on_se3(
+        joint.linearize,
+        T,
+        max_iterations=config.max_iterations,
+        rotation_tolerance=ease * config.rotation_tolerance,
+        distance_tolerance=ease * config.translation_tolerance * stage.radius,
+        motions=motions,
+        deadline=prepared.deadline,
+    )
+    for cloud in itertools.compress(prepared.clouds, prepared.ours):
+        cloud.forget_reduced()
+    return joint, solution
+
+
+def _reduced(clouds, voxel_size, threads):
+    return in_threads(threads, lambda cloud: cloud.reduced(voxel_size), clouds)
+
+
+def _widened(target, source, radius, config):
+    scale = length_unit(config.length_scale, radius)
+    neighbourhoods([target, source], radius, scale, config.threads)
+    wider = rounded(radius * widening(target, source, radius, scale))
+    if wider != radius:
+        target.forget(radius, scale)
+        source.forget(radius, scale)
+    return wider
+
+
+def _uncrowded(cloud, radius):
+    """Reduce a cloud of which a ball would hold hundreds of points: copies, or far denser."""
+    return cloud if cloud.crowding(radius) <= CROWDED else cloud.reduced(FINE * radius)
