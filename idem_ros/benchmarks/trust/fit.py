@@ -1,0 +1,70 @@
+"""Fit the verdict's model, and tell how good a judge is: accuracy, calibration, ROC area."""
+
+import numpy as np
+from scipy.optimize import minimize
+
+from idem_ros.core.verdict_model import features, probability
+
+RIDGE = 1e-4  # on weights of standardised inputs: the classes are nearly separable
+BINS = 10
+
+
+def fitted(poses):
+    """Return the model's weights (3,), each kind and class counting alike.
+
+    Args:
+        poses: `Judged`, none of which is neither right nor wrong.
+    """
+    inputs = features(*np.array([(each.contrast, each.step) for each in poses]).T)
+    right = np.array([each.right for each in poses], float)
+    groups = [(each.kind, each.right) for each in poses]
+    weight = np.array([1.0 / groups.count(group) for group in groups])
+    mean, scale = inputs.mean(axis=0), inputs.std(axis=0)
+    design = np.c_[(inputs - mean) / scale, np.ones(len(inputs))]
+
+    def loss(w):
+        z, slopes = design @ w, np.r_[w[:-1], 0.0]
+        surprise = np.logaddexp(0.0, np.where(right, -z, z)) @ weight / weight.sum()
+        pull = design.T @ (weight * (1 / (1 + np.exp(-z)) - right)) / weight.sum()
+        return surprise + RIDGE * slopes @ slopes, pull + 2 * RIDGE * slopes
+
+    w = minimize(loss, np.zeros(design.shape[1]), jac=True).x
+    slopes = w[:-1] / scale
+    return np.r_[slopes, w[-1] - slopes @ mean]
+
+
+def left_out(poses):
+    """Return {kind: p of each pose of that kind, by a model that never saw the kind}."""
+    found = {}
+    for kind in dict.fromkeys(each.kind for each in poses):
+        weights = fitted([each for each in poses if each.kind != kind])
+        numbers = np.array([(p.contrast, p.step) for p in poses if p.kind == kind]).T
+        found[kind] = probability(*numbers, weights)
+    return found
+
+
+def calibration_error(p, right):
+    """Return the expected calibration error: |mean p - share right|, over ten bins of p."""
+    p, right = np.asarray(p), np.asarray(right, float)
+    bins = np.minimum((p * BINS).astype(int), BINS - 1)
+    gaps = [abs((p[bins == b] - right[bins == b]).sum()) for b in np.unique(bins)]
+    return float(sum(gaps) / len(p))
+
+
+def best_threshold(score, right):
+    """Return the threshold on a score, the higher the better, that is most often right."""
+    order = np.argsort(score)
+    score, right = np.asarray(score)[order], np.asarray(right)[order]
+    # below a threshold all are called wrong
+    correct = np.concatenate([[0], np.cumsum(~right)]) + right.sum() - np.r_[0, np.cumsum(right)]
+    at = int(np.argmax(correct))
+    return -np.inf if at == 0 else float(score[at - 1])
+
+
+def roc_area(score, right):
+    """Return the area under the ROC curve: how often a right one scores above a wrong one."""
+    right = np.asarray(right, bool)
+    above, below = np.asarray(score)[right], np.asarray(score)[~right]
+    wins = np.searchsorted(np.sort(below), above, 'left').sum()
+    ties = np.searchsorted(np.sort(below), above, 'right').sum() - wins
+    return float((wins + 0.5 * ties) / (len(above) * len(below)))
