@@ -8,6 +8,7 @@ REASONS = {
     'converged': 'converged: no step moves the source any more',
     'max_iterations': 'max_iterations steps of a stage did not suffice',
     'late': 'budget_ms was spent: this is the best until then',
+    'audited': 'mode is audit: the guess was judged, not moved',
     'no_overlap': 'no point of one cloud has a neighbour in the other: the guess is too far off, '
     'or they do not overlap',
     'degenerate': 'the clouds do not hold every motion: see free_motions',
@@ -60,6 +61,7 @@ def _assessment_values(refinement):
         'p_aligned': repr(float(said.p_aligned)),
         'free_motions': f'{said.free} of {refinement.source_frame}' if said.free else 'none',
         'basin': repr(float(said.basin)),
+        'swap_gap': repr(said.swap_gap),
         'sigma': ' '.join(f'{sigma:.3g}' for sigma in said.covariance.diagonal() ** 0.5),
     }
 

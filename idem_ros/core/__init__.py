@@ -12,7 +12,6 @@ _LOADED_LATER = {
     'RegistrationResult': 'registration',
     'Status': 'status',
     'Verdict': 'assessment',
-    'assess': 'assessment',
     'fourth_neighbor_distance': 'metric',
     'q_per_point': 'metric',
     'q_tot': 'metric',

@@ -8,14 +8,11 @@ import numpy as np
 
 from idem_ros.core import se3
 from idem_ros.core.basin import gauge
-from idem_ros.core.cloud import as_cloud
-from idem_ros.core.config import RegistrationConfig
-from idem_ros.core.constraint import hold_of
+from idem_ros.core.constraint import unit_motions
 from idem_ros.core.contrast import contrasts
 from idem_ros.core.covariance import FREE_VARIANCE, by_region, covariance_of
-from idem_ros.core.joint_entropy import JointEntropy, between_origins
-from idem_ros.core.metric import overlap_of
-from idem_ros.core.stages import joint_entropy, prepare
+from idem_ros.core.joint_entropy import JointEntropy
+from idem_ros.core.stages import descend
 from idem_ros.core.status import Status
 from idem_ros.core.verdict_model import probability
 from idem_ros.core.words import free_in_words
@@ -54,6 +51,9 @@ class Assessment:
     step: float = 0.0  # how far the next step would move the surfaces, over the radius
     overlap: float = 0.0
     basin: float = np.nan  # where the guess was: 0 at the minimum, 1 at the rim of its basin
+    # how far from it the registration of target to source ends, as the surfaces move, in the
+    # clouds' unit; nan: not asked for
+    swap_gap: float = np.nan
 
 
 class Solve(NamedTuple):
@@ -65,34 +65,7 @@ class Solve(NamedTuple):
     T_guess: np.ndarray  # (4, 4), between the clouds' origins
 
 
-def assess(target, source, T_target_source, config=None):
-    """Judge anybody's pose of the source in the target frame; nothing moves.
-
-    Args:
-        target: (N, 3) points or a `Cloud`, in the target frame.
-        source: (M, 3) points or a `Cloud`, in the source frame.
-        T_target_source: (4, 4) the pose.
-        config: `RegistrationConfig`, as for `register`; None: its defaults.
-
-    Returns:
-        An `Assessment`; clouds too small to judge are one, too, not an exception.
-
-    Raises:
-        InvalidCloud, InvalidTransform: for input that is no cloud or no rigid transform.
-    """
-    config = RegistrationConfig() if config is None else config
-    target, source = as_cloud(target), as_cloud(source)
-    T = between_origins(target, source, se3.checked_transform(T_target_source))
-    prepared = prepare(target, source, config)
-    if not prepared.stages or prepared.stages[-1].radius == 0.0:
-        return too_little(*prepared.clouds)
-    joint = joint_entropy(prepared, prepared.stages[-1], slide=True)
-    (_, reach_target), (_, reach_source) = joint.per_point(T)
-    _, overlap = overlap_of(reach_target, reach_source)
-    return judged(joint, T, hold_of(joint, T), overlap, source.origin)
-
-
-def judged(joint, T, hold, overlap, origin, solve=None):
+def judged(joint, T, hold, overlap, origin, solve):
     """Return the `Assessment` of a pose.
 
     Args:
@@ -101,7 +74,7 @@ def judged(joint, T, hold, overlap, origin, solve=None):
         hold: its `Hold` there.
         overlap: share of the points that have a neighbour in the other cloud.
         origin: (3,) of the source cloud in the source frame.
-        solve: the `Solve` that ended there, where one did.
+        solve: the `Solve` that ended there.
     """
     if overlap == 0.0:
         reason = f'no point has a neighbour in the other cloud within {joint.radius:.3g}'
@@ -117,9 +90,23 @@ def judged(joint, T, hold, overlap, origin, solve=None):
         free=free,
         covariance=_of_pose(covariance, position),
         overlap=overlap,
-        basin=np.nan if solve is None else gauge(solve.first, T, solve.T_guess),
+        basin=gauge(solve.first, T, solve.T_guess),
         **seen,
     )
+
+
+def swap_gap(prepared, T_guess, T, hold):
+    """Return how far from a result the registration of target to source ends.
+
+    Both minimise the same, from the same guess: a gap is an alarm. As the surfaces move, in the
+    clouds' unit; nan where a motion is free: each way has its own idea of it.
+    """
+    if hold.free.any():
+        return np.nan
+    swapped = prepared._replace(clouds=prepared.clouds[::-1], ours=prepared.ours[::-1])
+    back = descend(swapped, se3.inverse(T_guess)).solution.transform
+    off = np.linalg.solve(unit_motions(hold.pivot, hold.arm), se3.log(T @ back))
+    return float(np.linalg.norm(off))
 
 
 def too_little(target, source):
@@ -148,14 +135,14 @@ def _verdict(p, seen, overlap, free, solve):
         share = f'{overlap:.1%} of the points have a neighbour in the other cloud'
         return Verdict.LOW_OVERLAP, p, share
     if p < CREDIBLE:
-        if solve is not None and solve.credibility < CREDIBLE:
+        if solve.credibility < CREDIBLE:
             return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'
         if contrast > FLAT:
             return Verdict.MISALIGNED, p, f'the minimum is {step:.2g} radii away, or more'
         return Verdict.MISALIGNED, p, f'other poses agree as well: a contrast of {contrast:.2g}'
     if free:
         return Verdict.DEGENERATE, p, f'{free} of the source frame'
-    if solve is not None and solve.status in (Status.MAX_ITERATIONS, Status.LATE):
+    if solve.status in (Status.MAX_ITERATIONS, Status.LATE):
         return Verdict.NOT_CONVERGED, p, f'the solver stopped early: {solve.status.value}'
     return Verdict.ALIGNED, p, f'every way out leads up, the next step is {step:.1g} radii'
 

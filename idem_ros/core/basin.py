@@ -26,7 +26,12 @@ def credibility(joint, T_target_source, model):
 
 
 def has_strayed(joint, T_target_source, T_guess):
-    """Whether the clouds agree less here than at the guess, though no fewer met there."""
+    """Whether the clouds agree less here than at the guess, though no fewer met there.
+
+    Within a radius of the guess it is the guess that is inexact: no basin was left.
+    """
+    if _way(joint, T_target_source, T_guess) < joint.radius:
+        return False
     (here, there), (near, far) = zip(
         *(sums_at_each(joint, T[None], _everywhere(joint)) for T in (T_target_source, T_guess)),
         strict=True,
@@ -46,14 +51,20 @@ def gauge(joint, T_target_source, T_guess):
         T_guess: (4, 4) likewise.
     """
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
-    along = np.linalg.solve(unit_motions(*middle_and_arm(joint, T_target_source)), twist)
-    way = float(np.linalg.norm(along)) / joint.radius
+    way = _way(joint, T_target_source, T_guess) / joint.radius
     if way == 0.0:
         return 0.0
     places = np.arange(0.0, FARTHEST + PROBE, PROBE)
     transforms = np.array([se3.exp(at / way * twist) @ T_target_source for at in places])
     q, _ = sums_at_each(joint, transforms, _everywhere(joint), SAMPLE)
     return way / places[max(int(np.argmax(q)), 1)]
+
+
+def _way(joint, T_target_source, T_guess):
+    """Return how far the surfaces move from one pose to the other, in the clouds' unit."""
+    twist = se3.log(T_guess @ se3.inverse(T_target_source))
+    units = unit_motions(*middle_and_arm(joint, T_target_source))
+    return float(np.linalg.norm(np.linalg.solve(units, twist)))
 
 
 def _everywhere(joint):

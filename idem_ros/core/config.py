@@ -7,7 +7,8 @@ from idem_ros.core.exceptions import InvalidConfig
 
 LENGTH_SCALES = ('radius', 'none')
 FREE_MOTIONS = ('guess', 'solve')
-ASSESSMENTS = ('none', 'verdict')
+ASSESSMENTS = ('none', 'verdict', 'swap')
+MODES = ('refine', 'audit')
 
 
 def _parameter(default, description, unit='', choices=None):
@@ -56,10 +57,16 @@ class RegistrationConfig:
         'the initial guess has them, "solve" follows what little the points say',
         choices=FREE_MOTIONS,
     )
+    mode: str = _parameter(
+        'refine',
+        '"refine" moves the source from the guess; "audit" moves nothing and judges the guess: '
+        'the pose of another localiser',
+        choices=MODES,
+    )
     assessment: str = _parameter(
         'verdict',
-        'what is said of a result: "verdict" (can it be trusted, and its covariance; takes a '
-        'quarter of the time) or "none"',
+        'what is said of a result: "verdict" (can it be trusted, and its covariance), "swap" (and '
+        'how far from it the registration of target to source ends: twice the time) or "none"',
         choices=ASSESSMENTS,
     )
 
@@ -74,7 +81,10 @@ class RegistrationConfig:
             _require_positive('radius_schedule', factor)
         _require_one_of('length_scale', self.length_scale, LENGTH_SCALES)
         _require_one_of('free_motions', self.free_motions, FREE_MOTIONS)
+        _require_one_of('mode', self.mode, MODES)
         _require_one_of('assessment', self.assessment, ASSESSMENTS)
+        if self.mode == 'audit' and self.assessment == 'none':
+            raise InvalidConfig('mode is audit and assessment none: nothing would be said')
         if self.budget_ms is not None:
             _require_positive('budget_ms', self.budget_ms)
         _require_count('max_iterations', self.max_iterations)

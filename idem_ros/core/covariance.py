@@ -11,7 +11,8 @@ from idem_ros.core import se3
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.solver import LEAST_STIFFNESS
 
-REGION = 1 / 3  # of the arm: edge of the cubes that err together
+# Edge of the cubes that err together: of the arm, and of the radius at least.
+REGION, LEAST_REGION = 1 / 3, 3.0
 PERIOD = 16  # regions along each axis, after which they repeat
 SAMPLE = 256  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
@@ -24,7 +25,8 @@ FLOOR = 1e-4  # of the radius: where the solver stops
 def by_region(joint, T_target_source, hold):
     """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions that have any."""
     pairs = joint.pairs_at(T_target_source)
-    return _by_region(joint, pairs, T_target_source, REGION * hold.arm)
+    edge = max(REGION * hold.arm, LEAST_REGION * joint.radius)
+    return _by_region(joint, pairs, T_target_source, edge)
 
 
 def covariance_of(joint, T_target_source, hold, pulls, stiffness):

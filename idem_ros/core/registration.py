@@ -1,18 +1,25 @@
 """Register two clouds by minimising q_tot: the algorithm on one page."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.assessment import ROS_ORDER, Assessment, Solve, judged, too_little
+from idem_ros.core.assessment import (
+    ROS_ORDER,
+    Assessment,
+    Solve,
+    judged,
+    swap_gap,
+    too_little,
+)
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import Cloud, as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.constraint import hold_of
 from idem_ros.core.joint_entropy import between_origins, from_origins
 from idem_ros.core.metric import overlap_of
-from idem_ros.core.stages import descend, prepare
+from idem_ros.core.stages import descend, prepare, stay
 from idem_ros.core.status import Status
 
 
@@ -44,6 +51,8 @@ class RegistrationResult:
 def register(target, source, T_target_source=None, config=None):
     """Refine the pose of the source in the target frame by minimising q_tot.
 
+    With `mode="audit"` nothing moves: the guess itself is judged.
+
     Args:
         target: (N, 3) points or a `Cloud`, in the target frame.
         source: (M, 3) points or a `Cloud`, in the source frame.
@@ -66,29 +75,35 @@ def register(target, source, T_target_source=None, config=None):
         said = None if config.assessment == 'none' else too_little(*prepared.clouds)
         return RegistrationResult(T, status, assessment=said)
     T = between_origins(target, source, T)
-    descent = descend(prepared, T)
+    descent = descend(prepared, T) if config.mode == 'refine' else stay(prepared, T)
     hold = hold_of(descent.joint, descent.solution.transform)
-    if config.free_motions == 'guess' and 0 < hold.free.sum() < 6:
+    some = 0 < hold.free.sum() < 6
+    if some and config.free_motions == 'guess' and config.mode == 'refine':
         descent = descend(prepared, T, hold.motions[:, ~hold.free])
-    return _result(target, source, T, descent, hold, config)
+    result = _result(target, source, descent, hold, config.mode)
+    if config.assessment == 'none':
+        return result
+    solve = Solve(result.status, descent.credibility, descent.first, T)
+    pose = descent.solution.transform
+    gap = swap_gap(prepared, T, pose, hold) if config.assessment == 'swap' else np.nan
+    said = judged(descent.joint, pose, hold, result.overlap, source.origin, solve)
+    return replace(result, assessment=replace(said, swap_gap=gap))
 
 
-def _result(target, source, T_guess, descent, hold, config):
+def _result(target, source, descent, hold, mode):
     joint, solution = descent.joint, descent.solution
     (q_target, reach_target), (q_source, reach_source) = joint.per_point(solution.transform)
     q = float(q_target.sum() + q_source.sum())
     within, overlap = overlap_of(reach_target, reach_source)
     if within == 0:
         status = Status.NO_OVERLAP
+    elif mode == 'audit':
+        status = Status.AUDITED
     elif solution.free or hold.free.any():
         status = Status.DEGENERATE
     else:
         stopped = Status.LATE if descent.is_late else Status.MAX_ITERATIONS
         status = Status.CONVERGED if solution.converged else stopped
-    said = None
-    if config.assessment != 'none':
-        solve = Solve(status, descent.credibility, descent.first, T_guess)
-        said = judged(joint, solution.transform, hold, overlap, source.origin, solve)
     return RegistrationResult(
         T_target_source=from_origins(target, source, solution.transform),
         status=status,
@@ -100,7 +115,6 @@ def _result(target, source, T_guess, descent, hold, config):
         information=_in_ros_order(solution.matrix, target.origin),
         free_motions=_free_motions(hold, target.origin),
         credibility=descent.credibility,
-        assessment=said,
     )
 
 

@@ -70,6 +70,13 @@ def prepare(target, source, config, ours=(False, False)):
     return Prepared(tuple(clouds), ours, (*stages, last), config, deadline)
 
 
+def stay(prepared, T):
+    """Return the `Descent` that leads nowhere: everything as `descend` would see it at T."""
+    joint = joint_entropy(prepared, prepared.stages[-1], slide=True)
+    _, matrix = joint.linearize(T)
+    return Descent(joint, Solution(T, matrix, 0, False, 0), 0, False, joint, np.nan)
+
+
 def descend(prepared, T, motions=None):
     """Minimise from T through the stages; motions (6, k): those allowed, None: all.
 

@@ -12,3 +12,4 @@ class Status(Enum):
     NO_OVERLAP = 'no_overlap'
     DEGENERATE = 'degenerate'
     TOO_FEW_POINTS = 'too_few_points'
+    AUDITED = 'audited'

@@ -122,10 +122,25 @@ def _frame_record(frame):
         'cropped': refinement.cropped,
         'thinned': refinement.thinned,
     }
+    record |= _assessment_record(result.assessment)
     for key, attribute in ERRORS.items():
         record[key] = None if after is None else getattr(after, attribute)
         record[f'{key}_before'] = None if before is None else getattr(before, attribute)
     return record
+
+
+def _assessment_record(said):
+    if said is None:
+        return {}
+    return {
+        'verdict': said.verdict.value,
+        'verdict_reason': said.reason,
+        'p_aligned': _known(said.p_aligned),
+        'free_motions': said.free,
+        'basin': _known(said.basin),
+        'swap_gap': _known(said.swap_gap),
+        'covariance': said.covariance.tolist(),
+    }
 
 
 def _before_and_after(before, after):
@@ -162,6 +177,10 @@ def _counts(replayed):
     statuses = Counter(f.refinement.result.status.value for f in replayed.frames)
     how = ', '.join(f'{count} {status}' for status, count in statuses.most_common())
     yield f'{len(replayed.frames)} refined' + (f' ({how})' if how else '')
+    said = [f.refinement.result.assessment for f in replayed.frames]
+    verdicts = Counter(each.verdict.value for each in said if each)
+    if verdicts:
+        yield f'verdicts: {", ".join(f"{count} {name}" for name, count in verdicts.most_common())}'
     points = {
         'because they are not finite': 'dropped_nonfinite',
         'because they are exactly zero': 'dropped_zero',

@@ -3,6 +3,7 @@
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from idem_ros.core import Status
 from idem_ros.debug_clouds import aligned_points, points_with_q
 from idem_ros.node.interface import OUTPUTS, TF_OUTPUT
 from idem_ros.node.messages import (
@@ -63,12 +64,15 @@ class Outputs:
             self._node.destroy_publisher(publisher)
 
     def publish(self, refinement: Refinement) -> None:
-        """Publish the pose in its forms, and q_tot."""
+        """Publish the pose in its forms, and q_tot; of a pose that was audited, q_tot alone."""
+        self._publishers['q_tot'].publish(q_tot_message(refinement))
+        if refinement.result.status is Status.AUDITED:
+            return
+        said = refinement.result.assessment
         transform = transform_message(refinement)
         self._publishers['transform'].publish(transform)
-        pose = pose_message(refinement, covariance=None)  # the core has none yet
+        pose = pose_message(refinement, covariance=said.covariance if said else None)
         self._publishers['pose_with_covariance'].publish(pose)
-        self._publishers['q_tot'].publish(q_tot_message(refinement))
         if self._config.publish_tf and refinement.result.converged:
             tf_class, publisher = self._tf
             publisher.publish(tf_class(transforms=[transform]))

@@ -1,5 +1,6 @@
 """Poses to be judged, right and wrong by known amounts, and what the judges see of each."""
 
+from dataclasses import replace
 from typing import NamedTuple
 from zlib import crc32
 
@@ -9,7 +10,6 @@ from scipy.spatial import cKDTree
 from idem_ros.benchmarks.case import displaced, errors
 from idem_ros.benchmarks.methods import NEIGHBOURS, small_gicp
 from idem_ros.core import Cloud, RegistrationConfig, register, se3
-from idem_ros.core.assessment import assess
 
 RIGHT_DEG, RIGHT = 1.0, 0.5  # of the spacing
 WRONG_DEG, WRONG = 3.0, 1.5  # what is neither is not counted, but how many is told
@@ -62,10 +62,11 @@ def judged_poses(kind, build):
             result = register(target, source, start, of_start)
             T = result.T_target_source
             judge('solved', _is_right(case, T), T, result.assessment)
+    audit = replace(config, mode='audit')
     best = register(target, source, case.truth, config).T_target_source
     for _ in range(MOVED):
         T = displaced(best, case.centroid, *_moved(case), rng)
-        judge('moved', False, T, assess(target, source, T, config))
+        judge('moved', False, T, register(target, source, T, audit).assessment)
     return found
 
 

@@ -1,0 +1,157 @@
+import numpy as np
+import pytest
+from clouds import error_of, motion, surface
+
+from idem_ros.benchmarks.bare_scenes import bare_case
+from idem_ros.benchmarks.case import displaced
+from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register, se3
+from idem_ros.core.constraint import hold_of
+from idem_ros.core.covariance import by_region, covariance_of
+from idem_ros.core.joint_entropy import JointEntropy
+from idem_ros.core.words import free_in_words
+
+AUDIT = RegistrationConfig(mode='audit')
+
+
+@pytest.fixture
+def pair(rng):
+    """Two samplings of a surface, the second in a frame of its own, and the truth."""
+    truth = motion(rng, 40.0, 3.0)
+    source = se3.transform_points(se3.inverse(truth), surface(rng, 3000, 0.005))
+    return surface(rng, 3000, 0.005), source, truth
+
+
+def test_a_good_result_is_aligned_and_says_why(rng, pair):
+    target, source, truth = pair
+    result = register(target, source, motion(rng, 3.0, 0.05) @ truth)
+    said = result.assessment
+    assert said.verdict is Verdict.ALIGNED
+    assert said.p_aligned > 0.9
+    assert said.reason
+    assert said.free == ''
+    assert 0 < said.basin < 1
+    assert result.credibility > 0.8
+
+
+def test_a_displaced_pose_is_misaligned_and_stays_where_it_is(rng, pair):
+    target, source, truth = pair
+    right = register(target, source, truth, AUDIT)
+    wrong = register(target, source, truth @ motion(rng, 2.0, 0.1), AUDIT)
+    assert right.status is wrong.status is Status.AUDITED
+    np.testing.assert_array_equal(right.T_target_source, truth)
+    assert right.assessment.p_aligned > 0.8
+    assert wrong.assessment.verdict is Verdict.MISALIGNED
+    assert wrong.assessment.p_aligned < 0.2
+
+
+def test_clouds_apart_are_separated(pair):
+    target, source, truth = pair
+    far = truth.copy()
+    far[:3, 3] += 100.0
+    said = register(target, source, far, AUDIT).assessment
+    assert (said.verdict, said.p_aligned) == (Verdict.SEPARATED, 0.0)
+    assert said.covariance[0, 0] == 1e6
+
+
+def test_a_wrong_valley_is_not_believed(rng, pair):
+    target, source, truth = pair
+    turned = displaced(truth, source.mean(axis=0), 170.0, 0.0, rng)
+    result = register(target, source, turned, RegistrationConfig(radius_schedule=(1.0,)))
+    degrees, _ = error_of(result.T_target_source, truth)
+    assert degrees > 20
+    assert result.assessment.p_aligned < 0.1
+    assert result.assessment.verdict in (Verdict.MISALIGNED, Verdict.OUTSIDE_BASIN)
+
+
+@pytest.mark.parametrize('points', [np.zeros((3, 3)), np.ones((50, 3))], ids=['few', 'one place'])
+def test_too_little_is_no_confident_number(points):
+    said = register(points, points).assessment
+    assert said.verdict is Verdict.NOT_CONVERGED
+    assert np.isnan(said.p_aligned)
+    assert 'too few' in said.reason
+
+
+def test_identical_clouds_are_aligned_with_a_covariance_that_can_be_inverted(rng):
+    points = surface(rng, 2000)
+    said = register(points, points).assessment
+    assert said.verdict is Verdict.ALIGNED
+    assert np.linalg.eigvalsh(said.covariance).min() > 0
+
+
+@pytest.mark.parametrize(('name', 'along'), [('corridor', 'free along'), ('sphere', 'free about')])
+def test_what_is_free_is_named_and_has_no_small_variance(name, along):
+    case = bare_case(name, 0, 0.15)
+    result = register(
+        case.target, case.source, case.truth, RegistrationConfig(voxel_size=case.voxel_size)
+    )
+    said = result.assessment
+    assert said.verdict is Verdict.DEGENERATE
+    assert said.free.startswith(along)
+    for motion_ in result.free_motions:  # in the target's frame; the covariance is at the source
+        moved = motion_.copy()
+        moved[:3] += np.cross(motion_[3:], result.T_target_source[:3, 3])
+        assert moved @ said.covariance @ moved / (moved @ moved) > 1e3
+
+
+def test_free_motions_are_named_by_the_axes_of_the_source(rng):
+    case = bare_case('corridor', 1)
+    joint = JointEntropy(Cloud(case.target), Cloud(case.source), 0.4, 'radius')
+    T = case.truth.copy()
+    T[:3, 3] += T[:3, :3] @ joint_origin(case.source) - joint_origin(case.target)
+    hold = hold_of(joint, T)
+    assert free_in_words(hold, np.eye(3)) == 'free along x'
+    turned = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
+    assert free_in_words(hold, turned) == 'free along y'
+
+
+def joint_origin(points):
+    return Cloud(points).origin
+
+
+def test_both_ways_end_in_the_same_place(rng, pair):
+    target, source, truth = pair
+    config = RegistrationConfig(assessment='swap')
+    said = register(target, source, motion(rng, 3.0, 0.05) @ truth, config).assessment
+    assert said.swap_gap < 1e-6
+    assert np.isnan(register(target, source, truth).assessment.swap_gap)
+
+
+def test_the_covariance_holds_over_many_noisy_samplings():
+    nees = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        target, source = surface(rng, 3000, 0.005), surface(rng, 3000, 0.005)
+        result = register(target, source)
+        off = se3.log(result.T_target_source)[[3, 4, 5, 0, 1, 2]]
+        nees.append(off @ np.linalg.solve(result.assessment.covariance, off))
+    assert 3.0 < np.mean(nees) < 12.0  # 6, were it exact
+
+
+def test_regions_add_up_to_the_linearisation_and_the_jackknife_is_that_of_the_equations(rng):
+    target, source = Cloud(surface(rng, 1200, 0.01)), Cloud(surface(rng, 1100, 0.01))
+    joint, T = JointEntropy(target, source, 0.3, 'radius', slide=True), np.eye(4)
+    hold = hold_of(joint, T)
+    pulls, stiffness = by_region(joint, T, hold)
+    gradient, matrix = joint.linearize(T)
+    np.testing.assert_allclose(pulls.sum(axis=0), gradient, atol=1e-9)
+    np.testing.assert_allclose(stiffness.sum(axis=0), matrix, rtol=1e-9)
+    found = covariance_of(joint, T, hold, pulls, stiffness)
+    half = covariance_of(joint, T, hold, pulls / 2, stiffness)
+    np.testing.assert_allclose(half, found / 4, rtol=1e-2, atol=1e-3 * np.abs(found).max())
+
+
+def test_no_assessment_is_made_where_none_is_asked_for(pair):
+    target, source, truth = pair
+    assert (
+        register(target, source, truth, RegistrationConfig(assessment='none')).assessment is None
+    )
+
+
+def test_a_spent_budget_ends_with_the_best_so_far(rng, pair):
+    target, source, truth = pair
+    guess = motion(rng, 3.0, 0.05) @ truth
+    late = register(target, source, guess, RegistrationConfig(budget_ms=1e-6))
+    assert late.status is Status.LATE
+    assert not late.converged
+    assert late.assessment.verdict is not Verdict.ALIGNED
+    assert register(target, source, guess, RegistrationConfig(budget_ms=1e6)).converged

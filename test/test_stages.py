@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+from clouds import motion, surface
+
+from idem_ros.core import Cloud, RegistrationConfig, se3, stages
+from idem_ros.core.basin import FIRST, credibility, gauge, has_strayed
+from idem_ros.core.contrast import contrasts, sums_at_each
+from idem_ros.core.joint_entropy import JointEntropy
+from idem_ros.core.landscape import Landscape
+
+
+@pytest.fixture
+def clouds(rng):
+    return Cloud(surface(rng, 1500)), Cloud(surface(rng, 1400))
+
+
+def test_sums_are_those_of_the_landscape_where_every_point_is_taken(rng, clouds):
+    joint = JointEntropy(*clouds, 0.25, 'radius')
+    transforms = np.array([np.eye(4), motion(rng, 5.0, 0.1), motion(rng, 10.0, 0.3)])
+    target, source = clouds
+    between = [np.eye(4) for _ in transforms]
+    for T, given in zip(between, transforms, strict=True):
+        T[:] = given
+        T[:3, 3] += given[:3, :3] @ source.origin - target.origin
+    everything = [np.arange(len(cloud)) for cloud in clouds]
+    q, within = sums_at_each(joint, np.array(between), everything, sample=10**9)
+    expected = Landscape(*clouds, 0.25).values(transforms)
+    assert q[0] == pytest.approx(expected.q_tot[0])
+    assert within[0] == expected.within[0]
+    # of points in reach at the first; all of them are here
+    assert q[1] == pytest.approx(expected.q_tot[1], rel=0.05)
+
+
+def test_every_way_out_of_the_truth_leads_up(clouds):
+    joint = JointEntropy(*clouds, 0.25, 'radius')
+    assert contrasts(joint, np.eye(4), np.eye(6)).min() > 0
+
+
+def test_the_truth_is_credible_and_an_upside_down_pose_is_not(rng, clouds):
+    joint = JointEntropy(*clouds, 0.5, 'radius')
+    assert credibility(joint, np.eye(4), FIRST) > 0.9
+    away = np.eye(4)
+    away[0, 3] = 1.8
+    assert credibility(joint, away, FIRST) < 0.5
+
+
+def test_the_gauge_is_zero_at_the_minimum_and_grows_towards_the_rim(rng, clouds):
+    joint = JointEntropy(*clouds, 0.25, 'radius')
+    minimum = np.eye(4)
+    at = [gauge(joint, minimum, se3.translation([0.25 * way, 0, 0])) for way in (0.0, 0.2, 0.5, 2)]
+    assert at[0] == 0.0
+    assert at[1] < at[2] < 1.0 < at[3]
+
+
+def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, monkeypatch):
+    prepared = stages.prepare(*clouds, RegistrationConfig())
+    start = se3.translation(clouds[1].origin - clouds[0].origin)
+    away, lost = se3.translation([1.0, 0, 0]), []
+    minimized = stages._minimized
+
+    def misled(prepared, stage, T, motions, last=False):
+        joint, solution = minimized(prepared, stage, T, motions, last)
+        if stage.factor == prepared.stages[0].factor:
+            lost.append(stage)
+            solution = solution._replace(transform=away @ solution.transform)
+        return joint, solution
+
+    monkeypatch.setattr(stages, '_minimized', misled)
+    found = stages.descend(prepared, start)
+    assert lost
+    np.testing.assert_allclose(found.solution.transform, start, atol=0.05)
+
+
+def test_a_basin_is_left_only_by_more_than_a_radius_and_for_the_worse(clouds):
+    joint = JointEntropy(*clouds, 0.25, 'radius')
+    truth = se3.translation(clouds[1].origin - clouds[0].origin)
+    near, far = (se3.translation([way, 0, 0]) @ truth for way in (0.2, 0.8))
+    assert has_strayed(joint, far, truth)
+    assert not has_strayed(joint, truth, far)
+    assert not has_strayed(joint, near, truth)
