@@ -110,12 +110,22 @@ def measure_case(task):
         for method in (IDEM, *PEERS):
             chosen = {s: solve for s, solve in solvers.items() if s.method == method}
             if chosen:
-                runs += _race(case, number, chosen, guesses)
+                runs += race(case, number, chosen, guesses)
     return Outcome(task.row, case.spacing, case.truth_rotation_deg, case.truth_translation_m, runs)
 
 
-def _race(case, level, solvers, guesses):
-    """Run all settings of a method from the first starts, and from the others the best one."""
+def race(case, level, solvers, guesses):
+    """Run all settings of a method from the first starts, and from the others the best one.
+
+    Args:
+        case: `Case`.
+        level: index of the guesses' level; it is only written into the runs.
+        solvers: {`Setting` of the method: solve(T_guess) -> (T_target_source, converged)}.
+        guesses: list of (4, 4).
+
+    Returns:
+        list of `Run`: of the best setting, or of all where the first starts are all.
+    """
     runs = {
         setting: [_run(case, level, setting, solve, T) for T in guesses[:TRIAL]]
         for setting, solve in solvers.items()
@@ -143,14 +153,14 @@ def _row_result(row, outcomes):
         truth_rotation_deg=outcomes[0].truth_rotation_deg,
         truth_translation_m=outcomes[0].truth_translation_m,
         levels=tuple(
-            tuple(_at_best(runs, level, method) for method in methods)
+            tuple(at_best(runs, level, method) for method in methods)
             for level in range(len(LEVELS))
         ),
     )
 
 
-def _at_best(runs, level, method):
-    """Return a method's figures at the setting that served it best in these very runs."""
+def at_best(runs, level, method):
+    """Return a method's `Figures` at the setting that served it best in these very `Run`s."""
     by_setting = defaultdict(list)
     for run in runs:
         if run.level == level and run.setting.method == method:

@@ -2,18 +2,16 @@
 
 import logging
 from collections import Counter
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from multiprocessing import active_children, get_context
 from multiprocessing.sharedctypes import RawArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
+from idem_ros.worker_pool import worker_pool
 
 RUNS = 3  # of a recording whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are
-SPAWN = get_context('spawn')  # a fork would copy locks that threads of numba may hold
 BEGUN, DONE, TOTAL = range(3)
 _counters = None  # in a worker: those of `_Counters`
 
@@ -64,7 +62,7 @@ def in_processes(tasks, jobs, watch=lambda index, done, total: None):
 
 def _round(tasks, indices, jobs, counters, watch):
     """Yield (index, outcome) until all are done or the pool breaks."""
-    with _pool(min(jobs, len(indices)), counters) as pool:
+    with worker_pool(min(jobs, len(indices)), _begin, counters) as pool:
         try:
             indices_of = {pool.submit(_run, i, tasks[i]): i for i in indices}
         except BrokenProcessPool:
@@ -89,27 +87,9 @@ def failed(task, error):
     return Outcome(task.path, reason=f'{type(error).__name__}: {" ".join(str(error).split())}')
 
 
-@contextmanager
-def _pool(jobs, counters):
-    """Give a pool; whoever leaves in the midst of its work leaves no process behind."""
-    others = set(active_children())
-    pool = ProcessPoolExecutor(jobs, SPAWN, initializer=_begin, initargs=(counters,))
-    try:
-        yield pool
-    except BaseException:
-        for child in set(active_children()) - others:
-            child.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
 def _begin(counters):
-    import signal
-
     global _counters
     _counters = counters
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
 
 
 def _run(index, task):
