@@ -1,11 +1,12 @@
 """`idem bench`: accuracy and time, side by side with the methods of small_gicp."""
 
 import os
+from dataclasses import replace
 
 from idem_ros.commands.exit_codes import DATA, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 
-OWN = ('voxel_size',)  # each row has its own
+OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 
 
 def add_parser(subparsers):
@@ -40,6 +41,7 @@ def add_parser(subparsers):
     for name, run, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
+        ('trust', _trust, 'how far verdict, covariance and free motions hold'),
     ):
         goals = kinds.add_parser(name, help=f'{what}; exit code 1 if one is missed')
         _add_common(goals)
@@ -127,6 +129,15 @@ def _evaluation(args):
     return _told(args, 'Evaluation', measure(_config(args), args.quick, _progress))
 
 
+def _trust(args):
+    from idem_ros.benchmarks.methods import small_gicp
+    from idem_ros.benchmarks.trust.measure import measure
+
+    config = _config(args)
+    small_gicp()
+    return _told(args, 'Trust', measure(config, args.quick, os.cpu_count(), _progress))
+
+
 def _report(args):
     from idem_ros.benchmarks.main_job import DEMO, DemoMissing
     from idem_ros.benchmarks.report_cost import FRAMES, measure
@@ -155,7 +166,7 @@ def _config(args):
     for file in (args.json, args.markdown):
         if file:
             require_writable(file)
-    return config_from(args)
+    return replace(config_from(args), assessment='none')
 
 
 def _progress(steps, total=None):

@@ -143,8 +143,11 @@ def _basin_goals(solves):
 def _cost_goals(config, case):
     """Time what a node does: the target kept, every source new."""
     start = starts(case, LEVELS[0], 1)[0]
-    target, told = Cloud(case.target), replace(config, voxel_size=case.voxel_size)
-    configs = {'told': told, 'bare': replace(told, assessment='none')}
+    target = Cloud(case.target)
+    configs = {
+        name: replace(config, voxel_size=case.voxel_size, assessment=name)
+        for name in ('verdict', 'none')
+    }
     times = interleaved_ms(
         {
             name: lambda _, c=c: register(target, Cloud(case.source), start, c)
