@@ -20,7 +20,7 @@ def require_writable(path):
     Raises:
         UnwritableFile: its folder does not exist or refuses new files, or it is no regular file.
     """
-    path = _final_path(path)
+    path = final_path(path)
     if not path.parent.is_dir():
         raise UnwritableFile(
             f'cannot write {path}: the folder {path.parent} does not exist; make it first'
@@ -47,7 +47,7 @@ def replacing(path):
         UnwritableFile: `require_writable` refuses it, or writing failed (a full disk).
     """
     require_writable(path)
-    path = _final_path(path)
+    path = final_path(path)
     temporary = path.with_name(f'.{path.stem}.{os.getpid()}.part{path.suffix}')
     try:
         yield temporary
@@ -58,5 +58,6 @@ def replacing(path):
         temporary.unlink(missing_ok=True)
 
 
-def _final_path(path):
+def final_path(path):
+    """Return where a path leads, as a `Path`: symbolic links are followed."""
     return Path(os.path.realpath(path))

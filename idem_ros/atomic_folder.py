@@ -3,9 +3,8 @@
 import os
 import shutil
 from contextlib import contextmanager
-from pathlib import Path
 
-from idem_ros.atomic_file import UnwritableFile
+from idem_ros.atomic_file import UnwritableFile, final_path
 
 
 def require_free(path):
@@ -18,7 +17,7 @@ def require_free(path):
         UnwritableFile: something is there already, or the folder around it does not exist or
             refuses new files.
     """
-    path = _final_path(path)
+    path = final_path(path)
     if path.exists() and not path.is_dir():
         raise UnwritableFile(f'cannot make the folder {path}: a file of that name is there')
     if path.is_dir() and any(path.iterdir()):
@@ -47,7 +46,7 @@ def filling(path):
         UnwritableFile: `require_free` refuses it, or writing failed (a full disk).
     """
     require_free(path)
-    path = _final_path(path)
+    path = final_path(path)
     temporary = path.with_name(f'.{path.name}.{os.getpid()}.part')
     try:
         temporary.mkdir()
@@ -59,7 +58,3 @@ def filling(path):
         ) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-
-
-def _final_path(path):
-    return Path(os.path.realpath(path))

@@ -19,6 +19,7 @@ from idem_ros.core.moments import (
     into_frame,
     raw_moments,
     rotated,
+    row_of,
     unit_moments,
 )
 
@@ -128,7 +129,7 @@ def _fill_planes(centres, own, points, raw, first, member, R, t, r2, stride, ja,
             m = unit_moments(x, y, z, points, member, first[i], first[i + 1], r2)
         if m[0] < LEAST_MEMBERS:
             continue
-        a, b = _row(own, i), rotated(R, m)
+        a, b = row_of(own, i), rotated(R, m)
         va, na = _normal(covariance(a))
         vb, nb = _normal(covariance(b))
         if va < 0.0 or vb < 0.0:
@@ -143,12 +144,6 @@ def _fill_planes(centres, own, points, raw, first, member, R, t, r2, stride, ja,
         at[n, 0], at[n, 1], at[n, 2] = xa
         n += 1
     return n
-
-
-@njit(**JIT)
-def _row(m, i):
-    a, b = m[i], m[i, 5:]
-    return a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3], b[4]
 
 
 @njit(**JIT)

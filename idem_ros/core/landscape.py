@@ -9,12 +9,12 @@ from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.core.exceptions import InvalidConfig, InvalidTransform
+from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.grid import neighbours
 from idem_ros.core.jit import JIT
 from idem_ros.core.joint_entropy import length_unit
-from idem_ros.core.metric import search_radius
-from idem_ros.core.moments import TIE, entropy, into_frame, plus, rotated
+from idem_ros.core.metric import checked_positive, search_radius
+from idem_ros.core.moments import TIE, entropy, into_frame, plus, rotated, row_of
 
 SPAN = 16  # transforms that a thread takes at a time
 ROUNDED = 1e-12  # how far a rotation may be off before it is made orthonormal
@@ -49,9 +49,10 @@ class Landscape:
     def __init__(self, target, source, radius=None, length_scale='radius', threads=1):
         RegistrationConfig(length_scale=length_scale, threads=threads)  # refuses what is neither
         self.target, self.source, self.threads = as_cloud(target), as_cloud(source), threads
-        self.radius = (
-            search_radius(self.target, self.source) if radius is None else _checked_radius(radius)
-        )
+        if radius is None:
+            self.radius = search_radius(self.target, self.source)
+        else:
+            self.radius = checked_positive('radius', radius)
         self._scale = length_unit(length_scale, self.radius)
         # The smaller cloud asks for neighbours, the larger one is asked.
         self._swapped = len(self.source) < len(self.target)
@@ -112,16 +113,6 @@ def _fixed(own):
     return _Fixed(own.grid, own.unit_own, own.entropy)
 
 
-def _checked_radius(radius):
-    try:
-        number = float(radius)
-    except (TypeError, ValueError) as error:
-        raise InvalidConfig(f'radius is {radius!r}; it must be a number above 0') from error
-    if not (np.isfinite(number) and number > 0):
-        raise InvalidConfig(f'radius is {radius!r}; it must be finite and above 0')
-    return number
-
-
 def _checked(transforms):
     """Return (K, 4, 4) float64; only those that are not rigid to the last digits cost time."""
     try:
@@ -175,16 +166,10 @@ def _of_others(others, others_m, scale):
     total, count = 0.0, 0
     for j in range(others.own.shape[0]):
         if others_m[j, 0] > 0.0:
-            joint = plus(others.own, j, _row(others_m, j))
+            joint = plus(others.own, j, row_of(others_m, j))
             total += entropy(joint, scale) - others.entropy[j]
             count += 1
     return total, count
-
-
-@njit(**JIT)
-def _row(m, j):
-    a, b = m[j], m[j, 5:]
-    return a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3], b[4]
 
 
 @njit(**JIT)

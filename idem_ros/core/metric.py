@@ -41,7 +41,7 @@ def q_per_point(
     target, source = as_cloud(target), as_cloud(source)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     radius = (
-        search_radius(target, source, a) if radius is None else _checked_positive('radius', radius)
+        search_radius(target, source, a) if radius is None else checked_positive('radius', radius)
     )
     if length_scale not in LENGTH_SCALES:
         raise InvalidConfig(f'length_scale is {length_scale!r}; it must be in {LENGTH_SCALES}')
@@ -63,7 +63,7 @@ def fourth_neighbor_distance(points):
 
 def search_radius(target, source, a=1.0):
     """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) (Eq. 9 and the text after it)."""
-    return weighted_radius(_checked_positive('a', a), as_cloud(target), as_cloud(source))
+    return weighted_radius(checked_positive('a', a), as_cloud(target), as_cloud(source))
 
 
 def overlap_of(reach_target, reach_source):
@@ -72,15 +72,12 @@ def overlap_of(reach_target, reach_source):
     return within, within / (len(reach_target) + len(reach_source))
 
 
-def _in_given_order(cloud, q):
-    if cloud.dropped == 0:
-        return q
-    whole = np.full(len(cloud.finite), np.nan)
-    whole[cloud.finite] = q
-    return whole
+def checked_positive(name, value):
+    """Return a number above 0 as a float.
 
-
-def _checked_positive(name, value):
+    Raises:
+        InvalidConfig: it is none; says the name.
+    """
     try:
         number = float(value)
     except (TypeError, ValueError) as error:
@@ -88,3 +85,11 @@ def _checked_positive(name, value):
     if not (np.isfinite(number) and number > 0):
         raise InvalidConfig(f'{name} is {value!r}; it must be finite and above 0')
     return number
+
+
+def _in_given_order(cloud, q):
+    if cloud.dropped == 0:
+        return q
+    whole = np.full(len(cloud.finite), np.nan)
+    whole[cloud.finite] = q
+    return whole

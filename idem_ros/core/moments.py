@@ -118,6 +118,13 @@ def entropy(moments, scale):
 
 
 @njit(**JIT)
+def row_of(m, i):
+    """Return row i of moments (N, 10)."""
+    a, b = m[i], m[i, 5:]
+    return a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3], b[4]
+
+
+@njit(**JIT)
 def plus(own, i, m):
     """Add the own moments of centre i to moments m."""
     return (
