@@ -1,14 +1,16 @@
-"""A slice of q_tot around a result, along x and y of the target frame, and what it encloses."""
+"""A slice of q_tot around a pose, along x and y of the target frame, and what it encloses."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core import Cloud, IdemError
+from idem_ros.core.cloud import as_cloud
 from idem_ros.core.displacement import q_on_grid
 from idem_ros.core.landscape import Landscape
-from idem_ros.core.region_of_interest import GridRegion, region_on_grid
+from idem_ros.core.region_of_interest import region_on_grid
 from idem_ros.core.se3 import transform_points
 
 STEPS = 25  # along each axis
@@ -23,16 +25,21 @@ class NoSlice(IdemError):
 
 @dataclass(frozen=True)
 class QTotSlice:
-    """q_tot on a grid of shifts of the source around a result."""
+    """q_tot on a grid of shifts of the source around a pose."""
 
     shifts: NDArray
     """(S,), the same along x and y [m]."""
     q_tot: NDArray
     """(S, S) [nat]; rows: y."""
+    voxel_size: float
+    """Of the clouds it is evaluated on [m]."""
     radius: float
     """Of the neighbourhoods [m]."""
-    region: GridRegion
-    """What lies within the crown of maxima around the result."""
+
+    @cached_property
+    def region(self):
+        """The `GridRegion` within the crown of maxima around the pose."""
+        return region_on_grid(self.q_tot, self.step)
 
     @property
     def step(self):
@@ -41,54 +48,74 @@ class QTotSlice:
 
     def __str__(self):
         at_least = '' if self.region.closed else 'at least '
+        steps = len(self.shifts)
         return (
             f'q_tot from {self.q_tot.min():.5g} nat (0) to {self.q_tot.max():.5g} nat (100) on '
-            f'{STEPS} x {STEPS} cells of {self.step:.3g} m, radius {self.radius:.3g} m; the '
+            f'{steps} x {steps} cells of {self.step:.3g} m, radius {self.radius:.3g} m; the '
             f'region of interest covers {at_least}{self.region.measure:.3g} m2'
         )
 
 
-def slice_around(refinement, target, source, config):
-    """Evaluate q_tot of two clouds around their result, as far as the guess.
+def slice_of(refinement, target, source, config):
+    """Evaluate q_tot of two clouds around their result; see `slice_around`.
 
     Args:
         refinement: `Refinement` of the two.
         target, source: `Cloud`s that took part.
-        config: `RegistrationConfig` of the refinement. Without a `voxel_size` voxels of half the
-            radius are taken; of clouds that are larger still, coarser ones and a radius to suit.
-
-    Returns:
-        `QTotSlice`
+        config: `RegistrationConfig` of the refinement.
 
     Raises:
         NoSlice: the result has no radius, as of too few points.
     """
-    result, radius = refinement.result, refinement.result.radius
-    if not radius > 0.0:
+    result = refinement.result
+    if not result.radius > 0.0:
         raise NoSlice(f'the last result has no radius: its status is {result.status.value}')
-    T = result.T_target_source
-    offset = np.abs(refinement.T_guess[:2, 3] - T[:2, 3]).max()
+    poses = result.T_target_source, refinement.T_guess
+    return slice_around(target, source, *poses, result.radius, config)
+
+
+def slice_around(target, source, T_target_source, T_guess, radius, config, steps=STEPS):
+    """Evaluate q_tot of two clouds of voxels around a pose, as far as the guess.
+
+    Args:
+        target, source: (N, 3) points, or `Cloud`s.
+        T_target_source, T_guess: (4, 4).
+        radius: of the result [m], above 0.
+        config: `RegistrationConfig` of the result. Without a `voxel_size` half the radius is
+            taken; of clouds that are larger still, coarser voxels and a radius that suits them.
+        steps: along each axis.
+
+    Returns:
+        `QTotSlice`
+    """
+    T = T_target_source
+    target, source = (_points_of(as_cloud(each)) for each in (target, source))
+    offset = np.abs(T_guess[:2, 3] - T[:2, 3]).max()
     reach = np.clip(1.2 * offset, REACH * radius, WIDEST * radius)
-    shifts = np.linspace(-reach, reach, STEPS)
-    near = _near(target.points + target.origin, source, T, reach + 4 * radius)
-    clouds, radius = _reduced(near, source, radius, config.voxel_size or radius / 2)
+    shifts = np.linspace(-reach, reach, steps)
+    near = Cloud(_near(target, source, T, reach + 4 * radius)), Cloud(source)
+    clouds, size, radius = _reduced(near, config.voxel_size or radius / 2, radius)
     landscape = Landscape(*clouds, radius, config.length_scale, config.threads)
     q = q_on_grid(landscape, T, x=shifts, y=shifts).T
-    return QTotSlice(shifts, q, landscape.radius, region_on_grid(q, shifts[1] - shifts[0]))
+    return QTotSlice(shifts, q, size, landscape.radius)
 
 
-def _near(points, source, T_target_source, margin):
-    """Return the points (N, 3) of the target that a shifted source may reach; all if none is."""
-    around = transform_points(T_target_source, source.points + source.origin)
-    low, high = around.min(axis=0) - margin, around.max(axis=0) + margin
-    inside = ((points >= low) & (points <= high)).all(axis=1)
-    return points[inside] if inside.any() else points
+def _points_of(cloud):
+    return cloud.points + cloud.origin
 
 
-def _reduced(target_points, source, radius, voxel_size):
-    target, source = Cloud(target_points), Cloud(source.points + source.origin)
-    clouds = [each.reduced(voxel_size) for each in (target, source)]
-    while sum(map(len, clouds)) > MOST_POINTS:
+def _near(target, source, T_target_source, margin):
+    """Return the points of the target that a shifted source may reach; all if none is."""
+    moved = transform_points(T_target_source, source)
+    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
+    inside = ((target >= low) & (target <= high)).all(axis=1)
+    return target[inside] if inside.any() else target
+
+
+def _reduced(clouds, voxel_size, radius):
+    """Return both as voxels, of which size, and the radius; None: it has to suit the voxels."""
+    reduced = [each.reduced(voxel_size) for each in clouds]
+    while sum(map(len, reduced)) > MOST_POINTS:
         voxel_size, radius = COARSER * voxel_size, None
-        clouds = [each.reduced(voxel_size) for each in (target, source)]
-    return clouds, radius
+        reduced = [each.reduced(voxel_size) for each in clouds]
+    return reduced, voxel_size, radius

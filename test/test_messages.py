@@ -129,7 +129,7 @@ def test_cloud_comes_back_with_its_columns():
     [([[-3.0, -1.0], [1.0, 5.0]], [0, 25, 50, 100]), ([[2.0, 2.0], [2.0, 2.0]], [0, 0, 0, 0])],
 )
 def test_grid_is_q_tot_from_0_to_100_where_the_source_would_be(refinement, q, expected):
-    slice_ = QTotSlice(np.array([-0.5, 0.5]), np.array(q), radius=0.2, region=None)
+    slice_ = QTotSlice(np.array([-0.5, 0.5]), np.array(q), voxel_size=0.1, radius=0.2)
     message = sent(grid_message(refinement, slice_))
     assert list(message.data) == expected
     assert (message.info.width, message.info.height, message.info.resolution) == (2, 2, 1.0)

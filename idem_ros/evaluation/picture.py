@@ -4,16 +4,18 @@ from itertools import islice
 
 import numpy as np
 
-from idem_ros.core import Cloud, IdemError, RegistrationConfig, q_tot, se3
+from idem_ros.core import Cloud, IdemError, RegistrationConfig, se3
+from idem_ros.core.displacement import q_on_grid
+from idem_ros.core.landscape import Landscape
 from idem_ros.evaluation.replay import pairs_of
 from idem_ros.pointcloud2 import read_points
+from idem_ros.q_tot_slice import REACH
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.refinement import Refiner
 
 VIEW = 10.0  # [m] around the source that are shown
 STEPS = 41  # of the slice, along each axis
-REACH = 2.5  # of the slice, in search radii
 TARGET, SOURCE = '#2c6fbb', '#d1495b'
 
 
@@ -41,15 +43,8 @@ def draw_frame(bag, frame, path, config=None):
 def _slice(target, source, result, config):
     """Return shifts of the result in x and y [m], and q_tot [nat] there (rows: y)."""
     shifts = np.linspace(-REACH, REACH, STEPS) * result.radius
-    values = np.empty((STEPS, STEPS))
-    for i, dy in enumerate(shifts):
-        for j, dx in enumerate(shifts):
-            T = result.T_target_source.copy()
-            T[:2, 3] += dx, dy
-            values[i, j] = q_tot(
-                target, source, T, radius=result.radius, length_scale=config.length_scale
-            )
-    return shifts, values
+    landscape = Landscape(target, source, result.radius, config.length_scale)
+    return shifts, q_on_grid(landscape, result.T_target_source, x=shifts, y=shifts).T
 
 
 def _draw(path, target, source, refinement, landscape):

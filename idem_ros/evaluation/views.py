@@ -1,72 +1,18 @@
-"""Views of one pair of clouds: from above at a pose, and q_tot around a pose."""
-
-from dataclasses import dataclass
+"""Views of one pair of clouds: from above at a pose, and a slice of q_tot around a pose."""
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from idem_ros.core import Cloud
-from idem_ros.core.landscape import Landscape
 from idem_ros.evaluation.picture import SOURCE, TARGET
 
-STEPS = 17  # of the slice, along each axis
-REACH, WIDEST = 2.5, 10.0  # of the slice, in search radii: at least, at most
-MOST_POINTS = 30_000  # of two clouds whose q_tot is evaluated at all steps
-COARSER = 1.5  # voxels, until the clouds have no more than that
-THREADS = 2
 RADII_SEEN = 20.0  # from the middle of a view to its border
 SIZE = (4.1, 3.7)  # [in]
 WHOLE, BESIDE, BAR = (0.16, 0.13, 0.8, 0.8), (0.16, 0.13, 0.62, 0.8), (0.81, 0.2, 0.03, 0.66)
 
 
-@dataclass(frozen=True)
-class Slice:
-    """q_tot on a grid of shifts around a pose, along x and y of the target frame."""
-
-    shifts: NDArray
-    """(S,), the same along both axes [m]."""
-    q_tot: NDArray
-    """(S, S) [nat]; rows: y."""
-    voxel_size: float
-    """Of the clouds it is evaluated on [m]."""
-    radius: float
-    """Of the neighbourhoods [m]."""
-
-
-def slice_around(target, source, T_target_source, T_guess, radius, config):
-    """Evaluate q_tot of two clouds of voxels around a pose, as far as the guess.
-
-    Args:
-        target, source: (N, 3) points.
-        T_target_source, T_guess: (4, 4).
-        radius: of the result.
-        config: `RegistrationConfig` of the result. Without a `voxel_size` half the radius is
-            taken; of clouds that are larger still, coarser voxels and a radius that suits them.
-
-    Returns:
-        `Slice`
-    """
-    offset = np.abs(T_guess[:2, 3] - T_target_source[:2, 3]).max()
-    shifts = np.linspace(-1, 1, STEPS) * np.clip(1.2 * offset, REACH * radius, WIDEST * radius)
-    size = config.voxel_size or radius / 2
-    near = _near(target, source, T_target_source, shifts[-1] + 4 * radius)
-    clouds = [Cloud(points).reduced(size) for points in (near, source)]
-    while sum(map(len, clouds)) > MOST_POINTS:
-        size, radius = COARSER * size, None
-        clouds = [Cloud(points).reduced(size) for points in (near, source)]
-    landscape = Landscape(*clouds, radius, config.length_scale, THREADS)
-    dx, dy = (shift.ravel() for shift in np.meshgrid(shifts, shifts))
-    transforms = np.repeat(T_target_source[None], STEPS**2, axis=0)
-    transforms[:, 0, 3] += dx
-    transforms[:, 1, 3] += dy
-    values = landscape.at(transforms).reshape(STEPS, STEPS)
-    return Slice(shifts, values, size, landscape.radius)
-
-
 def draw_slice(slice_, guess):
-    """Return a figure of a `Slice`; `guess` is the (2,) shift of the initial guess."""
+    """Return a figure of a `QTotSlice`; `guess` is the (2,) shift of the initial guess."""
     figure, axes = _canvas(
         f'voxels {slice_.voxel_size:.3g} m, radius {slice_.radius:.3g} m', BESIDE
     )
@@ -106,14 +52,6 @@ def seen_from_above(source, radius):
     middle = np.median(x_y, axis=0)
     extent = np.percentile(np.abs(x_y - middle).max(axis=1), 98)
     return middle, float(min(RADII_SEEN * radius, extent) if radius else extent) or 1.0
-
-
-def _near(target, source, T_target_source, margin):
-    """Return the part of the target that any shift of the source can reach: a map is larger."""
-    moved = source @ T_target_source[:3, :3].T + T_target_source[:3, 3]
-    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
-    near = ((target >= low) & (target <= high)).all(axis=1)
-    return target[near] if near.any() else target
 
 
 def _without_floor(points, height):

@@ -1,7 +1,7 @@
 """The frames of a run that went worst, with pictures from the recording where it is found."""
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib import rc_context
@@ -11,8 +11,11 @@ from idem_ros.core.se3 import transform_points
 from idem_ros.evaluation import views
 from idem_ros.evaluation.clouds_again import clouds_of, recording_of, settings_of
 from idem_ros.evaluation.report_plots import STYLE
+from idem_ros.q_tot_slice import slice_around
 
 SHOWN = 10
+STEPS = 17  # of a slice of q_tot, along each axis
+THREADS = 2
 CONVERGED = 'converged'
 
 
@@ -95,8 +98,8 @@ def _pictures(result, i, target, source):
             images[key] = _png(views.draw_from_above(target, moved, *view, title))
         if not radius:
             return Pictures(images, 'no slice of q_tot: nothing was evaluated')
-        config = settings_of(result).config
-        slice_ = views.slice_around(target, source, T_refined, T_guess, radius, config)
+        config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
+        slice_ = slice_around(target, source, T_refined, T_guess, radius, config, STEPS)
         offset = T_guess[:2, 3] - T_refined[:2, 3]
         images['q_tot'] = _png(views.draw_slice(slice_, offset))
     return Pictures(images)

@@ -24,7 +24,7 @@ from idem_ros.node.traffic import Traffic
 from idem_ros.node.worker import LatestOnlyWorker
 from idem_ros.pairing import Pair
 from idem_ros.preprocessing import PreprocessingConfig
-from idem_ros.q_tot_slice import slice_around
+from idem_ros.q_tot_slice import slice_of
 from idem_ros.refinement import Refinement, Refiner
 from idem_ros.stamps import seconds
 from idem_ros.targets import PairingConfig
@@ -173,7 +173,7 @@ class LiveRegistration:
     def _publish_region(self) -> Answer:
         if self._last is None:
             return Answer(False, 'there is no result yet')
-        slice_ = slice_around(self._last, *self._refiner.took_part)
+        slice_ = slice_of(self._last, *self._refiner.took_part)
         self._outputs.publish_region(self._last, slice_)
         return Answer(True, str(slice_))
 
