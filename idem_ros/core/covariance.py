@@ -8,11 +8,12 @@ are wide, because neighbours err alike: they share points, rings of a scan and t
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.constraint import unit_motions
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.solver import LEAST_STIFFNESS
 
 # Edge of the cubes that err together: of the arm, and of the radius at least.
-REGION, LEAST_REGION = 1 / 3, 3.0
+REGION, LEAST_REGION = 0.45, 3.0
 PERIOD = 16  # regions along each axis, after which they repeat
 SAMPLE = 256  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
@@ -38,47 +39,47 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
         hold: its `Hold` there; along free motions the variance is FREE_VARIANCE, never infinite.
         pulls, stiffness: `by_region` there.
     """
-    pairs = joint.pairs_at(T_target_source)
     held, free = _firm_and_loose(hold, stiffness.sum(axis=0))
-    if held.shape[1] == 0:
-        return FREE_VARIANCE * free @ free.T
-    pulls, stiffness = pulls @ held, held.T @ stiffness @ held
-    whole = stiffness.sum(axis=0)
-    curvature = _curvature(joint, pairs, T_target_source, held, whole)
-    # Without a region, what is left has this curvature, and the pull that the region balanced.
-    share = LEVERAGE * np.trace(curvature) / np.trace(whole)
-    moves = np.linalg.solve(curvature - share * stiffness, pulls[:, :, None])[:, :, 0]
-    spread = moves.T @ moves + (FLOOR * joint.radius) ** 2 * np.eye(held.shape[1])
-    return held @ spread @ held.T + FREE_VARIANCE * free @ free.T
+    part, axes = _curvature(joint, T_target_source, held, hold)
+    # In these motions the whole stiffness, and then the curvature, are the identity.
+    firm = held @ axes
+    roots = firm / np.sqrt(part)
+    rest = np.eye(len(part)) - LEVERAGE * (firm.T @ stiffness @ firm)
+    moves = np.linalg.solve(rest, (pulls @ roots)[:, :, None])[:, :, 0] @ roots.T
+    units = hold.motions[:, ~hold.free]
+    floor = (FLOOR * joint.radius) ** 2 * units @ units.T
+    return moves.T @ moves + floor + FREE_VARIANCE * free @ free.T
 
 
 def _firm_and_loose(hold, matrix):
-    """Return motions (6, k) with a stiffness, and the others: the free ones and what has none."""
+    """Return motions (6, k) of unit stiffness, and the others: those free, and without any."""
     held, free = hold.motions[:, ~hold.free], hold.motions[:, hold.free]
     stiffness, axes = np.linalg.eigh(held.T @ matrix @ held)
     firm = stiffness > LEAST_STIFFNESS * stiffness.max(initial=0.0)
-    return held @ axes[:, firm], np.concatenate([free, held @ axes[:, ~firm]], axis=1)
+    loose = np.concatenate([free, held @ axes[:, ~firm]], axis=1)
+    return held @ axes[:, firm] / np.sqrt(stiffness[firm]), loose
 
 
-def _curvature(joint, pairs, T, held, whole):
-    """Return the change of the gradient along the held motions, (k, k), symmetric and positive.
+def _curvature(joint, T, held, hold):
+    """Return the curvature over the majoriser's along axes (k, k) of the held motions, (k,).
 
-    The majoriser `whole` is wider than the cost: by how much, a sample of the centres tells.
+    The majoriser is wider than the cost: by how much, a sample of the centres tells.
     """
-    step = STEP * joint.radius
+    moved = np.linalg.norm(np.linalg.solve(unit_motions(hold.pivot, hold.arm), held), axis=0)
+    steps = STEP * joint.radius / moved
+    pairs = joint.pairs_at(T)
     stride = max(min(len(joint.target.order), len(joint.source.order)) // SAMPLE, 1)
     pull, stiffness = _by_region(joint, pairs, T, None, stride)
-    change = []
-    for motion in held.T:
-        moved, _ = _by_region(joint, pairs, se3.exp(step * motion) @ T, None, stride)
-        change.append(held.T @ (moved - pull)[0] / step)
-    root = np.linalg.cholesky(whole)
-    found = whole @ np.linalg.solve(held.T @ stiffness[0] @ held, np.array(change))
-    part, axes = np.linalg.eigh(
-        np.linalg.solve(root, np.linalg.solve(root, found + found.T).T) / 2
-    )
-    axes = root @ axes
-    return axes * np.clip(part, LEAST_CURVATURE, MOST_CURVATURE) @ axes.T
+    change = [
+        (_by_region(joint, pairs, se3.exp(step * motion) @ T, None, stride)[0] - pull)[0] / step
+        for step, motion in zip(steps, held.T, strict=True)
+    ]
+    sampled = held.T @ stiffness[0] @ held
+    if np.linalg.matrix_rank(sampled) < len(sampled):  # it met no surface that holds them all
+        return np.ones(len(sampled)), np.eye(len(sampled))
+    found = np.linalg.solve(sampled, np.array(change).reshape(-1, 6) @ held)
+    part, axes = np.linalg.eigh((found + found.T) / 2)
+    return np.clip(part, LEAST_CURVATURE, MOST_CURVATURE), axes
 
 
 def _by_region(joint, pairs, T, region, stride=1):
@@ -92,7 +93,7 @@ def _by_region(joint, pairs, T, region, stride=1):
     _sum(joint, (joint.target, joint.source), pairs.of_target, T, at_home, region, stride, here)
     moved = se3.transform_points(T, joint.source.grid.points)
     _sum(joint, (joint.source, joint.target), pairs.of_source, back, moved, region, stride, there)
-    chosen = here.any(axis=1) | there.any(axis=1)
+    chosen = here.any(axis=1) | there.any(axis=1) | (region is None)
     to_source = se3.adjoint(back)
     (pulls, stiffness), (pulls_there, stiffness_there) = map(unpack, (here[chosen], there[chosen]))
     return pulls - pulls_there @ to_source, stiffness + to_source.T @ stiffness_there @ to_source

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize
 
+from idem_ros.core.basin import LAST
 from idem_ros.core.verdict_model import features, probability
 
 RIDGE = 1e-4  # on weights of standardised inputs: the classes are nearly separable
@@ -43,6 +44,22 @@ def left_out(poses):
     return found
 
 
+def fitted_credibility(ways):
+    """Return (slope, middle) of the credibility of the stage that `Way`s were foretold by."""
+    success = np.array([each.success for each in ways], float)
+    told = np.clip([each.credibility for each in ways], 1e-9, 1 - 1e-9)
+    slope, middle = LAST  # by which it was told: back to the mean contrast
+    logarithm = np.log(middle) + np.log(told / (1 - told)) / slope
+    design = np.c_[logarithm, np.ones(len(told))]
+
+    def loss(w):
+        z = design @ w
+        return np.logaddexp(0.0, np.where(success > 0, -z, z)).mean() + RIDGE * w[0] ** 2
+
+    w = minimize(loss, np.zeros(2)).x
+    return w[0], np.exp(-w[1] / w[0])
+
+
 def calibration_error(p, right):
     """Return the expected calibration error: |mean p - share right|, over ten bins of p."""
     p, right = np.asarray(p), np.asarray(right, float)
@@ -53,12 +70,11 @@ def calibration_error(p, right):
 
 def best_threshold(score, right):
     """Return the threshold on a score, the higher the better, that is most often right."""
-    order = np.argsort(score)
-    score, right = np.asarray(score)[order], np.asarray(right)[order]
-    # below a threshold all are called wrong
-    correct = np.concatenate([[0], np.cumsum(~right)]) + right.sum() - np.r_[0, np.cumsum(right)]
-    at = int(np.argmax(correct))
-    return -np.inf if at == 0 else float(score[at - 1])
+    score, right = np.asarray(score), np.asarray(right, bool)
+    tried = np.r_[-np.inf, np.unique(score)]
+    above = right.sum() - np.searchsorted(np.sort(score[right]), tried, 'right')
+    below = np.searchsorted(np.sort(score[~right]), tried, 'right')
+    return float(tried[np.argmax(above + below)])
 
 
 def roc_area(score, right):

@@ -1,5 +1,6 @@
 """Whether the success of a solve is foretold by where its first stage ended."""
 
+from dataclasses import replace
 from typing import NamedTuple
 from zlib import crc32
 
@@ -20,12 +21,17 @@ class Way(NamedTuple):
     credibility: float
 
 
-def ways(kind, build):
-    """Return the `Way` of solves from nearby to hopeless starts of one case."""
+def ways(kind, build, stages=None):
+    """Return the `Way` of solves from nearby to hopeless starts of one case.
+
+    stages: radius_schedule of the solves; None: the default.
+    """
     case = build()
     rng = np.random.default_rng(crc32(case.name.encode()))
     target, source = Cloud(case.target), Cloud(case.source)
     config = RegistrationConfig(voxel_size=case.voxel_size)
+    if stages is not None:
+        config = replace(config, radius_schedule=stages)
     found = []
     for _ in range(STARTS):
         share = rng.uniform() * rng.uniform(0.3, 1.0, 2)
