@@ -1,5 +1,7 @@
 """What diagnostics say of a refinement, in the same words live and in a replay."""
 
+from math import isfinite
+
 from idem_ros.core import Verdict
 
 OK, WARN, ERROR, STALE = range(4)
@@ -36,6 +38,25 @@ def refinement_values(refinement, dropped):
         'thinned': str(refinement.thinned),
         'dropped': str(dropped),
     }
+
+
+def assessment_record(said):
+    """Return an `Assessment` as what JSON holds; None where unknown, {} for None."""
+    if said is None:
+        return {}
+    return {
+        'verdict': said.verdict.value,
+        'verdict_reason': said.reason,
+        'p_aligned': _known(said.p_aligned),
+        'free_motions': said.free,
+        'basin': _known(said.basin),
+        'swap_gap': _known(said.swap_gap),
+        'covariance': said.covariance.tolist(),
+    }
+
+
+def _known(number):
+    return float(number) if isfinite(number) else None
 
 
 def level(refinement):

@@ -29,6 +29,20 @@ def test_prints_the_pose_and_how_it_ended(files, capsys):
     assert degrees < 1.0
     assert distance < 0.02
     assert out.splitlines()[5].startswith('converged after ')
+    assert out.splitlines()[6].startswith('aligned (p = 0.9')
+    sigma = [float(number) for number in out.splitlines()[7].split(':')[1].split()]
+    assert len(sigma) == 6
+    assert all(0 < each < 0.1 for each in sigma)
+
+
+def test_an_audit_moves_nothing_and_its_exit_code_tells_right_from_wrong(files, capsys):
+    argv = ['register', 'target.npy', 'source.npy', '--mode', 'audit', '--json', '--guess']
+    np.savetxt('truth.txt', files)
+    for guess, code, verdict in (('truth.txt', 0, 'aligned'), ('guess.txt', 1, 'misaligned')):
+        assert main([*argv, guess]) == code
+        result = json.loads(capsys.readouterr().out)
+        assert (result['status'], result['verdict']) == ('audited', verdict)
+        np.testing.assert_allclose(result['T_target_source'], np.loadtxt(guess))
 
 
 def test_json_holds_the_whole_result(files, capsys):

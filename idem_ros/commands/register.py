@@ -47,7 +47,8 @@ def run(args):
     if args.out:
         write_pose(args.out, result.T_target_source)
     print(_json(args, result) if args.json else _text(result))
-    return OK if result.converged else DATA
+    aligned = result.assessment is not None and result.assessment.verdict.value == 'aligned'
+    return OK if result.converged or aligned else DATA
 
 
 def _preprocessed(file, points, config, is_target=False):
@@ -69,6 +70,8 @@ def _refuse_inputs_as_output(args):
 def _json(args, result):
     import json
 
+    from idem_ros.diagnostics import assessment_record
+
     return json.dumps(
         {
             'target': args.target,
@@ -82,6 +85,7 @@ def _json(args, result):
             'overlap': result.overlap,
             'radius': result.radius,
             'information': result.information.tolist(),
+            **assessment_record(result.assessment),
         },
         indent=2,
         allow_nan=False,
@@ -97,5 +101,14 @@ def _text(result):
             f'{result.status.value} after {result.iterations} iterations: '
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
             f'overlap {result.overlap:.1%}, radius {result.radius:.6g}',
+            *_said(result.assessment),
         ]
     )
+
+
+def _said(assessment):
+    if assessment is None:
+        return
+    yield f'{assessment.verdict.value} (p = {assessment.p_aligned:.3f}): {assessment.reason}'
+    sigma = assessment.covariance.diagonal() ** 0.5
+    yield 'standard deviations of x y z rx ry rz: ' + ' '.join(f'{each:.3g}' for each in sigma)

@@ -5,6 +5,7 @@ from dataclasses import asdict
 
 import numpy as np
 
+from idem_ros.diagnostics import assessment_record
 from idem_ros.evaluation.trajectory_report import report
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
@@ -122,25 +123,11 @@ def _frame_record(frame):
         'cropped': refinement.cropped,
         'thinned': refinement.thinned,
     }
-    record |= _assessment_record(result.assessment)
+    record |= assessment_record(result.assessment)
     for key, attribute in ERRORS.items():
         record[key] = None if after is None else getattr(after, attribute)
         record[f'{key}_before'] = None if before is None else getattr(before, attribute)
     return record
-
-
-def _assessment_record(said):
-    if said is None:
-        return {}
-    return {
-        'verdict': said.verdict.value,
-        'verdict_reason': said.reason,
-        'p_aligned': _known(said.p_aligned),
-        'free_motions': said.free,
-        'basin': _known(said.basin),
-        'swap_gap': _known(said.swap_gap),
-        'covariance': said.covariance.tolist(),
-    }
 
 
 def _before_and_after(before, after):
