@@ -65,7 +65,24 @@ def test_pose_with_covariance_is_the_transform_at_the_same_stamp(bench, clouds):
     assert stamp_ns(poses[0]) == FIRST
     assert poses[0].header.frame_id == 'map'
     np.testing.assert_allclose(matrix_of(poses[0]), matrix_of(transform), rtol=0, atol=1e-12)
-    assert (np.diag(poses[0].pose.covariance.reshape(6, 6)) > 0).all()
+    variances = np.diag(poses[0].pose.covariance.reshape(6, 6))
+    assert (variances > 0).all()
+    assert (variances < 0.1**2).all()
+
+
+def test_an_auditor_publishes_the_verdict_and_no_pose(bench, clouds):
+    b = bench(mode='audit').start()
+    poses = subscribed(b, PoseWithCovarianceStamped, 'pose_with_covariance')
+    send(b, clouds, FIRST)
+    b.until(lambda: b.statuses('audited'))
+    (status,) = b.statuses('audited')
+    values = values_of(status)
+    assert values['verdict'] == 'misaligned'  # the guess is the identity
+    assert float(values['p_aligned']) < 0.5
+    assert status.level == DiagnosticStatus.ERROR
+    assert values['q_tot']
+    assert not poses
+    assert not b.received['transform']
 
 
 @pytest.mark.skipif(find_spec('tf2_msgs') is not None, reason='tf2_msgs is installed here')
