@@ -42,6 +42,12 @@ class PackedCloud:
     data: NDArray[np.uint8]
     is_dense: bool
 
+    @property
+    def layout(self):
+        """All but `fields` and `data`, {field: value}: no writer makes something else of these."""
+        names = ('height', 'width', 'is_bigendian', 'point_step', 'row_step', 'is_dense')
+        return {name: getattr(self, name) for name in names}
+
 
 def read_points(message):
     """Read x, y, z of a PointCloud2; the message itself is left untouched.

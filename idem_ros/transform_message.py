@@ -1,4 +1,4 @@
-"""TransformStamped-like and pose messages to 4x4 matrices and back; imports no ROS."""
+"""TransformStamped-like and pose messages to 4x4 matrices and back, stamps; imports no ROS."""
 
 import math
 
@@ -8,12 +8,22 @@ from scipy.spatial.transform import Rotation
 from idem_ros.core.exceptions import InvalidTransform
 
 LARGEST_NORM = 1e6
+FIRST_STAMP, LAST_STAMP = -(2**31) * 10**9, 2**31 * 10**9 - 1  # [ns]: seconds are of type int32
 
 
 def stamp_ns(message):
     """Return the header's stamp [ns] of a message."""
     stamp = message.header.stamp
     return stamp.sec * 10**9 + stamp.nanosec
+
+
+def sec_and_nanosec(stamp):
+    """Return the fields sec and nanosec of a stamp [ns], Python ints.
+
+    One beyond what a message holds becomes the first or last that it does: the nanoseconds of a
+    message that was received may be more than a second, and one that says so is made all the same.
+    """
+    return divmod(max(FIRST_STAMP, min(int(stamp), LAST_STAMP)), 10**9)
 
 
 def matrix_of(message):

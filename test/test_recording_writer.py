@@ -105,6 +105,13 @@ def test_a_header_keeps_every_nanosecond():
     assert (stamp.sec, stamp.nanosec) == (1_700_000_000, 123_456_789)
 
 
+def test_a_header_holds_the_last_second_of_a_stamp_beyond_time():
+    stamp = header(2**31 * 10**9 + 5, 'map').stamp
+    assert (stamp.sec, stamp.nanosec) == (2**31 - 1, 999_999_999)
+    message = header(2**62, 'map')
+    assert typestore().serialize_cdr(message, 'std_msgs/msg/Header')
+
+
 def test_diagnostics_survive_serialisation():
     message = diagnostics_message('idem', 1, 'no_overlap', {'q_tot': '0.5'}, 7)
     raw = typestore().serialize_cdr(message, message.__msgtype__)

@@ -20,9 +20,8 @@ from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.pointcloud2 import pack_points
 from idem_ros.q_tot_slice import QTotSlice
 from idem_ros.refinement import Refinement
-from idem_ros.transform_message import translation_and_quaternion
+from idem_ros.transform_message import sec_and_nanosec, translation_and_quaternion
 
-FIRST_STAMP, LAST_STAMP = -(2**31) * 10**9, 2**31 * 10**9 - 1  # [ns]: seconds are of type int32
 UNKNOWN_VARIANCE = 1e6  # [m2] and [rad2]: a filter that takes it gives the pose no weight
 
 
@@ -82,17 +81,12 @@ def cloud_message(
     """
     packed = pack_points(points, np.float32, columns)
     message = PointCloud2(
-        height=packed.height,
-        width=packed.width,
+        **packed.layout,
         fields=[
             PointField(name=name, offset=offset, datatype=datatype, count=count)
             for name, offset, datatype, count in packed.fields
         ],
-        is_bigendian=packed.is_bigendian,
-        point_step=packed.point_step,
-        row_step=packed.row_step,
         data=array.array('B', packed.data.tobytes()),  # of bytes it is copied one by one
-        is_dense=packed.is_dense,
     )
     message.header.stamp = time_message(stamp)
     message.header.frame_id = str(frame_id)
@@ -140,12 +134,8 @@ def diagnostics_message(
 
 
 def time_message(stamp: int) -> Time:
-    """Return a stamp [ns] as a ROS message.
-
-    One beyond what the message holds becomes the last that it does: the nanoseconds of a message
-    that was received may be more than a second, and one that says so has to be sent all the same.
-    """
-    seconds, nanoseconds = divmod(max(FIRST_STAMP, min(int(stamp), LAST_STAMP)), 10**9)
+    """Return a stamp [ns] as a ROS message; see `transform_message.sec_and_nanosec`."""
+    seconds, nanoseconds = sec_and_nanosec(stamp)
     return Time(sec=seconds, nanosec=nanoseconds)
 
 

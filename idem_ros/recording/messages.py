@@ -6,7 +6,7 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from idem_ros.pointcloud2 import pack_points
-from idem_ros.transform_message import translation_and_quaternion
+from idem_ros.transform_message import sec_and_nanosec, translation_and_quaternion
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
@@ -25,14 +25,9 @@ def cloud_message(points, stamp, frame_id, dtype=np.float32):
     field = _type('sensor_msgs/msg/PointField')
     return _type(CLOUD)(
         header=header(stamp, frame_id),
-        height=packed.height,
-        width=packed.width,
+        **packed.layout,
         fields=[field(*values) for values in packed.fields],
-        is_bigendian=packed.is_bigendian,
-        point_step=packed.point_step,
-        row_step=packed.row_step,
         data=packed.data,
-        is_dense=packed.is_dense,
     )
 
 
@@ -71,8 +66,8 @@ def diagnostics_message(name, level, text, values, stamp):
 
 
 def header(stamp, frame_id):
-    """Return a std_msgs/Header; `stamp` in nanoseconds."""
-    seconds, nanoseconds = divmod(int(stamp), 10**9)
+    """Return a std_msgs/Header; see `transform_message.sec_and_nanosec` of `stamp` [ns]."""
+    seconds, nanoseconds = sec_and_nanosec(stamp)
     time = _type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
     return _type('std_msgs/msg/Header')(stamp=time, frame_id=frame_id)
 
