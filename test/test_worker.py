@@ -127,6 +127,23 @@ def test_error_in_on_result_is_reported_and_the_next_input_is_taken():
     assert published == ['GOOD']
 
 
+def test_error_that_cannot_be_reported_is_logged_and_the_next_input_is_taken(caplog):
+    done = threading.Semaphore(0)
+
+    def refuse(item, error):
+        done.release()
+        raise OSError('no diagnostics')
+
+    worker = LatestOnlyWorker(lambda item: 1 / item, lambda item, value: done.release(), refuse)
+    for item in (0, 1):
+        worker.submit(item)
+        assert done.acquire(timeout=LONG)
+    worker.stop()
+    (record,) = caplog.records
+    assert record.getMessage() == 'an error could not be reported: division by zero'
+    assert 'no diagnostics' in str(record.exc_info[1])
+
+
 def test_stop_ends_the_work_under_way_drops_what_waits_and_joins(recorder):
     r = recorder()
     r.worker.submit('under way')

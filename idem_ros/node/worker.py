@@ -1,5 +1,6 @@
 """A worker thread that always takes the newest input and counts those it never took."""
 
+import logging
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -7,6 +8,7 @@ from concurrent.futures import Future
 from typing import Any
 
 _NOTHING = object()
+LOG = logging.getLogger(__name__)
 
 
 class LatestOnlyWorker:
@@ -20,7 +22,7 @@ class LatestOnlyWorker:
         work: called in the thread with each input; its value goes to `on_result`.
         on_result: called in the thread with (input, value).
         on_error: called in the thread with (input, exception) for whatever `work` or `on_result`
-            raised; the thread lives on.
+            raised. The thread lives on, even if it raises itself: that is logged.
         is_paused: whether it begins so.
     """
 
@@ -89,7 +91,7 @@ class LatestOnlyWorker:
         try:
             self._on_result(item, self._work(item))
         except Exception as error:  # a thread that died of one bad cloud would refine nothing
-            self._on_error(item, error)
+            self._report(item, error)
 
     def call_soon(self, task: Callable[[], Any]) -> Future:
         """Call something in the thread before the next input, paused or not, without blocking.
@@ -136,6 +138,12 @@ class LatestOnlyWorker:
                 return lambda: _settle(future, task)
             item, self._newest = self._newest, _NOTHING
             return lambda: self.run(item)
+
+    def _report(self, item: Any, error: Exception) -> None:
+        try:
+            self._on_error(item, error)
+        except Exception:  # nobody is left to tell; the next input may fare better
+            LOG.exception('an error could not be reported: %s', error)
 
     def _is_due(self) -> bool:
         return self._newest is not _NOTHING and not self._is_paused
