@@ -1,3 +1,4 @@
+import io
 import re
 import subprocess
 import sys
@@ -81,6 +82,14 @@ def test_the_version_is_the_packages(capsys):
     assert ended.value.code == 0
     version = re.search('<version>(.*)</version>', (ROOT / 'package.xml').read_text()).group(1)
     assert capsys.readouterr().out == f'idem {version}\n'
+
+
+def test_a_name_that_no_encoding_holds_is_printed_all_the_same(monkeypatch):
+    out = io.TextIOWrapper(io.BytesIO(), encoding='ascii')
+    monkeypatch.setattr(sys, 'stdout', out)
+    monkeypatch.setattr(module.register, 'run', lambda args: print(args.target) or 0)
+    assert main(['register', 'sc\udcffn.ply', 'b.ply']) == 0
+    assert out.buffer.getvalue() == b'sc\\udcffn.ply\n'
 
 
 def test_a_full_disk_is_one_line(monkeypatch, capsys):

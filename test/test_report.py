@@ -40,6 +40,13 @@ def test_what_can_be_downloaded_is_what_lies_beside(tmp_path):
     assert len(list(csv.reader(beside['frames_result.csv'].splitlines()))) == 5
 
 
+def test_a_name_that_is_not_utf_8_is_shown_with_its_bytes_escaped(tmp_path):
+    result = write_replayed(tmp_path)
+    strange = result.rename(result.with_name('re\udcffsult.json'))
+    page = write_report([strange], tmp_path / 'report').read_text()
+    assert 're\\udcffsult' in page
+
+
 def test_the_same_results_give_the_same_report_to_the_byte(tmp_path):
     result = write_replayed(tmp_path)
     contents = [

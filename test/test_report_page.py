@@ -49,7 +49,7 @@ def page_of(paths, plots=(PLOT,)):
         (report_tables.worst(run, order), sentence, [pictures] * len(order))
         for run, (order, sentence) in zip(runs, ordered, strict=True)
     ]
-    return page(runs, list(plots), worst, {'frames.csv': 'a,b\n'})
+    return page(runs, list(plots), worst, {'frames.csv': b'a,b\n'})
 
 
 @pytest.fixture

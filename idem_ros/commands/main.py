@@ -59,6 +59,7 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
+    _let_any_name_be_printed()
     args = _parser().parse_args(argv)
     logging.basicConfig(format='idem: %(message)s')
     try:
@@ -77,6 +78,13 @@ def main(argv=None):
     except OSError as error:  # a full disk, a file that vanished: nothing of ours to mend
         print(f'idem: error: {error}', file=sys.stderr)
         return DATA
+
+
+def _let_any_name_be_printed():
+    """File names need not be UTF-8, nor does a terminal show every letter."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, 'reconfigure'):  # not where something else took its place
+            stream.reconfigure(errors='backslashreplace')
 
 
 def _parser():

@@ -41,17 +41,17 @@ def write_report(results, folder, progress=lambda steps, total: steps):
         for number, (run, (order, sentence)) in enumerate(zip(runs, ordered, strict=True))
     ]
     drawn = list(plots(runs))
-    texts = _csv_files(runs, worst)
+    tables_as_files = _csv_files(runs, worst)
     with filling(folder) as temporary:
-        for name, text in {**texts, PAGE: page(runs, drawn, worst, texts)}.items():
-            (temporary / name).write_text(text, encoding='utf-8')
-        for name, image in _images(runs, drawn, pictures).items():
-            (temporary / name).write_bytes(image)
+        whole = {PAGE: _encoded(page(runs, drawn, worst, tables_as_files))}
+        images = _images(runs, drawn, pictures)
+        for name, content in {**tables_as_files, **whole, **images}.items():
+            (temporary / name).write_bytes(content)
     return Path(folder) / PAGE
 
 
 def _csv_files(runs, worst):
-    """Return {file name: text} of all that can be downloaded."""
+    """Return {file name: bytes} of all that can be downloaded."""
     contents = {
         'outcomes.csv': tables.outcomes(runs),
         'before_and_after.csv': tables.before_and_after(runs),
@@ -62,7 +62,11 @@ def _csv_files(runs, worst):
         stem = _stem(runs, number)
         contents[f'frames_{stem}.csv'] = tables.frames(run)
         contents[f'worst_{stem}.csv'] = table
-    return {name: tables.csv_text(table) for name, table in contents.items()}
+    return {name: _encoded(tables.csv_text(table)) for name, table in contents.items()}
+
+
+def _encoded(text):
+    return text.encode(errors='backslashreplace')  # names of files need not be UTF-8
 
 
 def _images(runs, drawn, pictures):

@@ -43,7 +43,7 @@ def page(runs, plots, worst, downloads):
         runs: [`Run`].
         plots: [`Plot`], those of one measure in a row.
         worst: for each run (`Table` of its worst frames, sentence on their order, [`Pictures`]).
-        downloads: {file name: CSV text}.
+        downloads: {file name: bytes of CSV}.
     """
     script, style = (_beside(name) for name in ('report.js', 'report.css'))
     hashed = b64encode(sha256(script.encode()).digest()).decode()
@@ -166,9 +166,9 @@ def _of_frame(pictures):
 
 def _downloads(downloads):
     links = ''.join(
-        f'<li><a download="{escape(name)}" href="{_as_link(text.encode(), "text/csv")}">'
+        f'<li><a download="{escape(name)}" href="{_as_link(content, "text/csv")}">'
         f'{escape(name)}</a></li>'
-        for name, text in downloads.items()
+        for name, content in downloads.items()
     )
     beside = '<p class="soft">They lie beside this page, too, as do the pictures as PNG.</p>'
     return _section('downloads', f'<ul>{links}</ul>', beside)

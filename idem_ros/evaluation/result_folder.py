@@ -55,7 +55,7 @@ def result_file(folder, outcome_identity):
 def write_text(path, text):
     """Write a file that appears complete or not at all."""
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding='utf-8')
+        temporary.write_text(text, encoding='utf-8', errors='backslashreplace')
 
 
 def write_json(path, record):
