@@ -105,6 +105,23 @@ def test_bad_input_gets_one_line_and_writes_nothing(folder, capsys, argv, code, 
     assert {file: file.read_text() for file in folder.iterdir()} == before
 
 
+@pytest.mark.parametrize('missing', ['none.json', 'none\udcff.json'])
+def test_what_cannot_be_read_takes_the_place_of_an_older_junit(folder, capsys, missing):
+    gate = ['gate', *rules('frames >= 1'), '--junit', 'gate.xml']
+    assert main([*gate, 'a.json']) == 0
+    assert main([*gate, 'a.json', missing]) == 1
+    root = ElementTree.parse('gate.xml').getroot()
+    assert (root.get('tests'), root.get('failures'), root.get('errors')) == ('1', '0', '1')
+    (error,) = root.iter('error')
+    assert 'cannot be read' in error.get('message')
+
+
+def test_rules_that_are_none_take_the_place_of_an_older_junit(folder, capsys):
+    assert main(['gate', 'a.json', *rules('frame.p90 >= 1'), '--junit', 'gate.xml']) == 2
+    (error,) = ElementTree.parse('gate.xml').getroot().iter('error')
+    assert "no result has 'frame'" in error.get('message')
+
+
 def test_rules_must_be_named(folder, capsys):
     with pytest.raises(SystemExit) as ended:
         main(['gate', 'a.json'])

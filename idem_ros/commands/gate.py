@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import DATA, OK, UsageError
+from idem_ros.core.exceptions import IdemError
 
 DESCRIPTION = """\
 Hold each RESULT of `idem replay` (of --json or --out) to the rules of a YAML file,
@@ -44,7 +45,11 @@ def add_parser(subparsers):
         'results', metavar='RESULT', nargs='+', help='what `idem replay` wrote: JSON or MCAP'
     )
     parser.add_argument('--rules', metavar='FILE', required=True, help='YAML with a list rules')
-    parser.add_argument('--junit', metavar='FILE', help='write JUnit XML: a test case a rule')
+    parser.add_argument(
+        '--junit',
+        metavar='FILE',
+        help='write JUnit XML: a test case a rule; one with an error where nothing can be said',
+    )
     parser.set_defaults(run=run)
 
 
@@ -52,7 +57,7 @@ def run(args):
     """Check, print, write; the exit code is the verdict."""
     from idem_ros.atomic_file import require_writable
     from idem_ros.evaluation.gate import BadRules, findings, read_rules
-    from idem_ros.evaluation.junit import write_junit
+    from idem_ros.evaluation.junit import write_junit, write_junit_error
     from idem_ros.evaluation.result_file import read_result
 
     _refuse_files_named_twice(args)
@@ -62,8 +67,12 @@ def run(args):
         rules = read_rules(args.rules)
         results = [read_result(path) for path in args.results]
         found = dict(zip(args.results, findings(rules, results), strict=True))
-    except BadRules as error:
-        raise UsageError(str(error)) from error
+    except IdemError as error:
+        if args.junit:
+            write_junit_error(args.junit, error)
+        if isinstance(error, BadRules):
+            raise UsageError(str(error)) from error
+        raise
     if args.junit:
         write_junit(args.junit, found)
     print('\n'.join(_lines(found)))
