@@ -3,7 +3,7 @@
 from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.guesses import STREAMED, TF, GuessConfig
+from idem_ros.guesses import HEARD, TF, GuessConfig
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.preprocessing import PreprocessingConfig
@@ -79,7 +79,7 @@ OUTPUTS = {
         'refused, waiting and dropped, utilisation of the worker',
     ),
 }
-TF_OUTPUT = Topic('/tf', TF, 'with publish_tf: results that converged')
+TF_OUTPUT = Topic('/tf', TF, 'with publish_tf: results that are aligned')
 SERVICES = {
     'refine_once': Topic(
         '~/refine_once',
@@ -112,8 +112,8 @@ CONFIGS = (
 def inputs_with(guess_type: str) -> dict[str, Topic]:
     """Return the topics that a node listens to whose guesses come so, see `GuessConfig`."""
     inputs = {name: topic for name, topic in INPUTS.items() if name != 'initial_guess'}
-    if guess_type in STREAMED:
-        inputs['initial_guess'] = replace(INPUTS['initial_guess'], msgtype=STREAMED[guess_type])
+    if guess_type in HEARD:
+        inputs['initial_guess'] = replace(INPUTS['initial_guess'], msgtype=HEARD[guess_type])
     return {**inputs, **(TF_INPUTS if guess_type == 'tf' else {})}
 
 
