@@ -114,7 +114,8 @@ def _main(args):
     from idem_ros.benchmarks.main_job import measure
     from idem_ros.benchmarks.real_pairs import SHARED, real_pairs
 
-    goals = measure(_config(args), args.quick, _progress)
+    config = replace(_config(args), assessment='verdict')  # as the node has it
+    goals = measure(config, args.quick, _progress)
     text = '## Main job\n\n' + goals_table(goals)
     if not real_pairs():
         text += f'\nWithout the real pairs: {SHARED} is not there.\n'
