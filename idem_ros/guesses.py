@@ -18,6 +18,7 @@ STREAMED = {
     'pose_with_covariance': 'geometry_msgs/msg/PoseWithCovarianceStamped',
     'odometry': 'nav_msgs/msg/Odometry',
 }
+HEARD = {**STREAMED, 'last': STREAMED['transform']}  # on ~/initial_guess, by type
 TF = 'tf2_msgs/msg/TFMessage'
 GUESS_TYPES = (*STREAMED, 'tf', 'last', 'identity')
 KEPT = 256
@@ -36,7 +37,8 @@ class GuessConfig:
         'where guesses come from: on ~/initial_guess, "transform" (TransformStamped), '
         '"pose_with_covariance" (PoseWithCovarianceStamped) or "odometry" (Odometry); "tf" (the '
         'source frame in the target frame, from /tf and /tf_static); "last" (the last result that '
-        'converged, of the same frames; the identity for the first); "identity"',
+        'converged, of the same frames; it begins with the identity, and anew with the first '
+        'TransformStamped that comes on ~/initial_guess, whatever its stamp); "identity"',
         name='initial_guess.type',
         choices=GUESS_TYPES,
     )
@@ -70,6 +72,8 @@ class Guess:
     target_frame: str = ''
     """Empty where the guess does not say; so `source_frame`."""
     source_frame: str = ''
+    T_first: NDArray | None = None
+    """(4, 4), where it is before there is a result of one that had it; None: the identity."""
 
 
 class StampedPoses:
@@ -207,11 +211,8 @@ class StreamedGuesses:
         return _guess_of(messages[0], pose_at(stamp, messages, config))
 
 
-class ConstantGuess:
-    """The same guess for every source: the identity, or the last result."""
-
-    def __init__(self, guess):
-        self._guess = guess
+class IdentityGuess:
+    """The identity for every source."""
 
     def __bool__(self):
         return True
@@ -221,7 +222,44 @@ class ConstantGuess:
 
     def guess_for(self, stamp, target_frame, source_frame, config):
         """Return the `Guess`."""
-        return self._guess
+        return Guess(np.eye(4))
+
+
+class LastResult:
+    """The last result for every source, and for the first one the pose that came last, if any.
+
+    No source waits for that pose, and its stamp says nothing. Results from before the first pose
+    came are forgotten when it comes; later ones are of use after a clock was set back.
+    """
+
+    def __init__(self):
+        self._first = None
+
+    def __bool__(self):
+        return True
+
+    def stamps(self, message):
+        """Return no (stream, stamp): a pose from long ago sets no clock back."""
+        return []
+
+    def add(self, message):
+        """Keep a TransformStamped."""
+        self._first = message
+
+    def forget_after(self, stamp):
+        """Forget the pose where it is later than a stamp [ns]."""
+        if self._first is not None and stamp_ns(self._first) > stamp:
+            self._first = None
+
+    def guess_for(self, stamp, target_frame, source_frame, config):
+        """Return the `Guess`.
+
+        Raises:
+            InvalidTransform: what came last is none.
+        """
+        if self._first is None:
+            return Guess(None)
+        return Guess(None, *_frames(self._first), T_first=matrix_of(self._first))
 
 
 def _guess_of(message, pose):

@@ -4,10 +4,15 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from idem_ros.core.exceptions import IdemError
-from idem_ros.guesses import STREAMED, ConstantGuess, Guess, GuessConfig, StreamedGuesses
+from idem_ros.guesses import (
+    STREAMED,
+    Guess,
+    GuessConfig,
+    IdentityGuess,
+    LastResult,
+    StreamedGuesses,
+)
 from idem_ros.stamps import DISORDER, NotYet, StampOrder
 from idem_ros.targets import PairingConfig, Targets
 from idem_ros.transform_message import stamp_ns
@@ -239,7 +244,7 @@ def _guesses_of(kind):
         return StreamedGuesses()
     if kind == 'tf':
         return TransformTree()
-    return ConstantGuess(Guess(np.eye(4) if kind == 'identity' else None))
+    return LastResult() if kind == 'last' else IdentityGuess()
 
 
 def _named(role, find, *given):

@@ -92,7 +92,8 @@ class Refiner:
     """Refines pairs; a target that stays the same message is read and prepared once.
 
     A pair whose guess is the last result starts from the last one that converged between the same
-    frames; from the identity where there is none, or where the clock was set back since.
+    frames; where there is none, or the clock was set back since, from the guess's `T_first`. So
+    does the first one that has a `T_first`: what was found without may be anywhere.
 
     Args:
         config: `RegistrationConfig`; None: its defaults.
@@ -141,7 +142,7 @@ class Refiner:
         judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
         self.took_part = TookPart(*clouds, config)
         if result.converged:
-            self._last = (frames, pair.jumps), result.T_target_source
+            self._last = _lineage(pair, frames), result.T_target_source
         fresh = [each for each in (target, source) if each is not kept]
         return Refinement(
             stamp=pair.stamp,
@@ -164,7 +165,9 @@ class Refiner:
         if pair.guess.T_target_source is not None:
             return pair.guess.T_target_source
         last_of, last = self._last
-        return last if last_of == (frames, pair.jumps) else np.eye(4)
+        if last_of == _lineage(pair, frames):
+            return last
+        return np.eye(4) if pair.guess.T_first is None else pair.guess.T_first
 
     def _prepared_target(self, message, preprocessing) -> PreparedCloud:
         kept_of = self._target_of
@@ -172,6 +175,11 @@ class Refiner:
             self._target = prepared('target', message, preprocessing)
             self._target_of = message, preprocessing
         return self._target
+
+
+def _lineage(pair, frames):
+    """Return what a pair and the last result share, where the pair may start from it."""
+    return frames, pair.jumps, pair.guess.T_first is None
 
 
 def _counts(target, source):

@@ -7,10 +7,10 @@ from idem_ros.core import InvalidConfig, InvalidTransform
 from idem_ros.core.se3 import exp
 from idem_ros.guesses import (
     KEPT,
-    ConstantGuess,
     DoubtfulGuess,
-    Guess,
     GuessConfig,
+    IdentityGuess,
+    LastResult,
     StampedPoses,
     StreamedGuesses,
     interpolated,
@@ -156,12 +156,28 @@ def test_a_pose_in_a_rotation_that_stands_still_does_not_drift(rng):
         np.testing.assert_allclose(pose_at(stamp, messages, CONFIG), pose, atol=1e-14)
 
 
-def test_a_constant_guess_is_the_same_for_every_source():
-    guess = Guess(np.eye(4))
-    constant = ConstantGuess(guess)
-    constant.forget_after(0)
-    assert constant
-    assert constant.guess_for(1, 'map', 'lidar', CONFIG) is guess
+@pytest.mark.parametrize(('guesses', 'expected'), [(IdentityGuess(), 1.0), (LastResult(), None)])
+def test_a_guess_that_needs_no_message_is_there_for_every_source(guesses, expected):
+    guesses.forget_after(0)
+    assert guesses
+    guess = guesses.guess_for(1, 'map', 'lidar', CONFIG)
+    np.testing.assert_array_equal(guess.T_target_source, expected and np.eye(4))
+    assert guess.T_first is None
+
+
+def test_before_the_first_result_the_pose_that_came_last_is_the_guess_whatever_its_stamp(rng):
+    poses = [motion(rng, 20.0, 1.0) for _ in range(2)]
+    guesses = LastResult()
+    for stamp, pose in zip((10**18, 3), poses, strict=True):
+        message = transform(stamp, pose)
+        assert guesses.stamps(message) == []
+        guesses.add(message)
+    guesses.forget_after(3)
+    guess = guesses.guess_for(7, 'map', 'lidar', CONFIG)
+    assert guess.T_target_source is None
+    np.testing.assert_allclose(guess.T_first, poses[1], rtol=0, atol=1e-14)
+    guesses.forget_after(2)
+    assert guesses.guess_for(7, 'map', 'lidar', CONFIG).T_first is None
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
 from idem_ros.core import InvalidConfig, register
+from idem_ros.core.se3 import exp
 from idem_ros.guesses import interpolated
 from idem_ros.node import subscriptions
 from idem_ros.node.messages import time_message
@@ -148,9 +149,9 @@ def test_change_to_tf_without_its_messages_is_refused_with_the_package_to_instal
 
 
 @pytest.mark.parametrize('name', ['identity', 'last'])
-def test_guess_that_no_topic_gives_is_not_listened_for(bench, clouds, name):
+def test_guess_that_no_topic_need_give_is_not_waited_for(bench, clouds, name):
     b = bench(name, guess_class=None).start()
-    assert set(b.node.registration.inputs.subscriptions) == {'target', 'source'}
+    assert ('initial_guess' in b.node.registration.inputs.subscriptions) == (name == 'last')
     for stamp in (FIRST, FIRST + 100 * MS):
         publish_clouds(b, clouds, stamp)
         np.testing.assert_allclose(matrix_of(b.transform_of(stamp)), T_TRUTH, rtol=0, atol=0.02)
@@ -165,6 +166,16 @@ def test_last_result_is_where_the_next_one_starts(bench, clouds):
     expected = register(*clouds, first).T_target_source
     second = matrix_of(b.transform_of(FIRST + 100 * MS))
     np.testing.assert_allclose(second, expected, rtol=0, atol=1e-9)
+
+
+def test_pose_of_long_ago_on_the_topic_is_where_the_first_one_starts(bench, clouds):
+    b = bench('last').start()
+    guess = T_TRUTH @ exp(np.array([0.0, 0.0, 0.01, 0.05, 0.0, 0.0]))
+    b.guess.publish(guess_message(guess, 5))
+    b.until(lambda: b.node.registration.inputs.pairing._guesses._first)
+    publish_clouds(b, clouds, FIRST)
+    expected = register(*clouds, guess).T_target_source
+    np.testing.assert_allclose(matrix_of(b.transform_of(FIRST)), expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.skipif(find_spec('tf2_msgs') is not None, reason='tf2_msgs is installed here')

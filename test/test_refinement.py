@@ -13,7 +13,7 @@ from idem_ros.core import (
     q_tot,
     register,
 )
-from idem_ros.core.se3 import inverse, transform_points
+from idem_ros.core.se3 import exp, inverse, transform_points
 from idem_ros.diagnostics import OK, WARN, level, reason, refinement_values
 from idem_ros.guesses import Guess
 from idem_ros.pairing import Pair
@@ -100,6 +100,18 @@ def test_the_last_result_is_the_guess_of_the_next_and_the_identity_of_the_first(
     assert (refiner.refine(last).T_guess == np.eye(4)).all()
     first = refiner.refine(pair).result
     np.testing.assert_array_equal(refiner.refine(last).T_guess, first.T_target_source)
+
+
+def test_a_first_pose_serves_until_there_is_a_result(pair):
+    first = exp(np.array([0.0, 0.0, 0.01, 0.02, 0.0, 0.0]))
+    last = replace(pair, guess=Guess(None, T_first=first))
+    refiner = Refiner()
+    few = replace(last, source=cloud_message(np.eye(3), 1, 'lidar'))
+    np.testing.assert_array_equal(refiner.refine(few).T_guess, first)
+    good = refiner.refine(last)
+    np.testing.assert_array_equal(good.T_guess, first)
+    assert good.result.converged
+    np.testing.assert_array_equal(refiner.refine(last).T_guess, good.result.T_target_source)
 
 
 def test_after_a_failure_the_last_good_result_is_the_guess(pair):

@@ -263,6 +263,15 @@ def test_the_last_result_is_the_guess_of_the_next_source(tmp_path, rng):
     assert result.notes == ()
 
 
+def test_the_last_result_begins_anew_with_the_first_guess_that_comes(tmp_path, messages):
+    given = replayed(tmp_path, messages).frames[0].refinement.T_guess
+    frames = replayed(tmp_path, messages, guess=GuessConfig(type='last')).frames
+    before, first, last = (frame.refinement for frame in frames)
+    np.testing.assert_array_equal(before.T_guess, np.eye(4))  # a guess follows its source here
+    np.testing.assert_array_equal(first.T_guess, given)
+    np.testing.assert_array_equal(last.T_guess, first.result.T_target_source)
+
+
 def test_a_recording_whose_clock_goes_back_says_so(tmp_path, messages):
     second = [(topic, log_time + 10**12, message) for topic, log_time, message in messages]
     early = cloud_message(np.ones((5, 3)), 10, 'lidar')

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.guesses import STREAMED, TF
+from idem_ros.guesses import HEARD, TF
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 
 MSGTYPES = {
@@ -52,11 +52,11 @@ def find_topics(
             or several topics of which nothing says which is meant.
     """
     given = {'target': target, 'source': source, 'initial_guess': guess, 'ground_truth': truth}
-    msgtypes = {**MSGTYPES, 'initial_guess': STREAMED.get(guess_type)}
-    if guess and guess_type not in STREAMED:
+    msgtypes = {**MSGTYPES, 'initial_guess': HEARD.get(guess_type)}
+    if guess and guess_type not in HEARD:
         raise TopicNotFound(
             f'{guess!r} is given for the guess, but of type {guess_type!r} it comes from no such '
-            f'topic; it does of type {", ".join(STREAMED)}'
+            f'topic; it does of type {", ".join(HEARD)}'
         )
     found = {
         role: _named(recording, role, name, msgtypes[role]) for role, name in given.items() if name
