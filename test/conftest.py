@@ -11,6 +11,39 @@ def rng():
     return np.random.default_rng(0)
 
 
+@pytest.fixture(scope='module')
+def context():
+    """An rclpy context in a domain of its own, or a skip where rclpy is not installed."""
+    from live import own_graph
+
+    with own_graph() as context:
+        yield context
+
+
+@pytest.fixture(scope='module')
+def clouds():
+    """Two clouds that the node registers: target and source, T_TRUTH apart."""
+    from node_bench import corner
+
+    return corner()
+
+
+@pytest.fixture
+def bench(context):
+    """What makes a node between publishers and subscriptions, see `Bench`, which end with it."""
+    from node_bench import Bench
+
+    benches = []
+
+    def make(**options):
+        benches.append(Bench(context, **options))
+        return benches[-1]
+
+    yield make
+    for each in benches:
+        each.close()
+
+
 @pytest.fixture(scope='session')
 def shared_data():
     """The folder of real clouds beside the project, or a skip that says so."""

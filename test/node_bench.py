@@ -1,7 +1,5 @@
 """The registration node between the publishers and subscriptions of a test."""
 
-import array
-
 from live import spin_until
 
 # isort: split
@@ -11,13 +9,12 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float64
 
 from idem_ros.core.se3 import exp, inverse, transform_points
 from idem_ros.node.adapter import RegistrationNode
-from idem_ros.node.messages import time_message
-from idem_ros.pointcloud2 import pack_points
+from idem_ros.node.messages import cloud_message, time_message
 from idem_ros.transform_message import stamp_ns, translation_and_quaternion
 
 MS = 10**6
@@ -26,7 +23,7 @@ T_TRUTH = exp(np.array([0.0, 0.0, 0.02, 0.2, -0.1, 0.05]))
 
 
 def corner():
-    """A corner of three noisy planes, and the same seen from T_TRUTH."""
+    """A corner of three noisy planes, and the same seen from T_TRUTH; as float32 holds them."""
     rng = np.random.default_rng(0)
     uv = rng.uniform(0, 4, (3, 400, 2))
     noise = rng.normal(0, 0.01, (3, 400, 1))
@@ -37,27 +34,8 @@ def corner():
         ]
     )
     source = target[rng.permutation(len(target))[:1000]] + rng.normal(0, 0.005, (1000, 3))
-    return target, transform_points(inverse(T_TRUTH), source)
-
-
-def cloud_message(points, stamp, frame_id):
-    packed = pack_points(points, np.float64)
-    message = PointCloud2(
-        height=packed.height,
-        width=packed.width,
-        fields=[
-            PointField(name=name, offset=offset, datatype=datatype, count=count)
-            for name, offset, datatype, count in packed.fields
-        ],
-        is_bigendian=packed.is_bigendian,
-        point_step=packed.point_step,
-        row_step=packed.row_step,
-        data=array.array('B', packed.data.tobytes()),
-        is_dense=packed.is_dense,
-    )
-    message.header.frame_id = frame_id
-    message.header.stamp = time_message(stamp)
-    return message
+    clouds = target, transform_points(inverse(T_TRUTH), source)
+    return [points.astype(np.float32).astype(np.float64) for points in clouds]
 
 
 def guess_message(transform, stamp, frame_id='map', child_frame_id='lidar'):
@@ -74,9 +52,17 @@ def guess_message(transform, stamp, frame_id='map', child_frame_id='lidar'):
 class Bench:
     """The node between publishers and subscriptions of a test."""
 
-    def __init__(self, context, target_qos=10, guess_class=TransformStamped, **parameters):
+    def __init__(
+        self,
+        context,
+        guess_type='transform',
+        target_qos=10,
+        guess_class=TransformStamped,
+        **parameters,
+    ):
         # the default is best effort, of which a test may not ask that all arrives
-        parameters = {'reliability': 'reliable', 'depth': 20, **parameters}
+        quality = {'reliability': 'reliable', 'depth': 20}
+        parameters = {**quality, 'initial_guess.type': guess_type, **parameters}
         self.overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         self.context, self.received = context, {'transform': [], 'q_tot': [], 'diagnostics': []}
         self.other = Node('other', context=context)

@@ -5,14 +5,12 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from live import LONG, own_graph
+from live import LONG
 from node_bench import (
     FIRST,
     MS,
     T_TRUTH,
-    Bench,
     cloud_message,
-    corner,
     guess_message,
     send,
     values_of,
@@ -27,30 +25,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from idem_ros.core import register
 from idem_ros.node.adapter import RegistrationNode
 from idem_ros.transform_message import matrix_of, stamp_ns
-
-
-@pytest.fixture(scope='module')
-def context():
-    with own_graph() as context:
-        yield context
-
-
-@pytest.fixture(scope='module')
-def clouds():
-    return corner()
-
-
-@pytest.fixture
-def bench(context):
-    benches = []
-
-    def make(**options):
-        benches.append(Bench(context, **options))
-        return benches[-1]
-
-    yield make
-    for each in benches:
-        each.close()
 
 
 def test_complete_input_gives_the_transform_that_the_core_gives(bench, clouds):

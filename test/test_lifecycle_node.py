@@ -4,8 +4,8 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from live import LONG, own_graph
-from node_bench import FIRST, MS, Bench, cloud_message, corner, guess_message, send, values_of
+from live import LONG
+from node_bench import FIRST, MS, Bench, cloud_message, guess_message, send, values_of
 
 # isort: split
 import numpy as np
@@ -21,17 +21,6 @@ from idem_ros.node.lifecycle_node import LifecycleRegistrationNode
 from idem_ros.transform_message import matrix_of, stamp_ns
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
-
-
-@pytest.fixture(scope='module')
-def context():
-    with own_graph() as context:
-        yield context
-
-
-@pytest.fixture(scope='module')
-def clouds():
-    return corner()
 
 
 @pytest.fixture

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import poses
 import pytest
-from live import own_graph
-from node_bench import FIRST, MS, T_TRUTH, Bench, cloud_message, corner, guess_message, send
+from node_bench import FIRST, MS, T_TRUTH, cloud_message, guess_message, send
 
 # isort: split
 import numpy as np
@@ -25,31 +24,6 @@ from idem_ros.node.messages import time_message
 from idem_ros.transform_message import matrix_of, stamp_ns
 
 SECOND = 1000 * MS
-
-
-@pytest.fixture(scope='module')
-def context():
-    with own_graph() as context:
-        yield context
-
-
-@pytest.fixture(scope='module')
-def clouds():
-    return corner()
-
-
-@pytest.fixture
-def bench(context):
-    benches = []
-
-    def make(guess_type='transform', **options):
-        parameters = {'initial_guess.type': guess_type, **options}
-        benches.append(Bench(context, **parameters))
-        return benches[-1]
-
-    yield make
-    for each in benches:
-        each.close()
 
 
 def values(status):
@@ -78,7 +52,7 @@ def pose_message(kind, transform, stamp, frame_id='map', child_frame_id='lidar')
     [('pose_with_covariance', PoseWithCovarianceStamped), ('odometry', Odometry)],
 )
 def test_guess_of_another_type_gives_the_transform_that_the_core_gives(bench, clouds, name, kind):
-    b = bench(name, guess_class=kind).start()
+    b = bench(guess_type=name, guess_class=kind).start()
     publish_clouds(b, clouds, FIRST)
     b.guess.publish(pose_message(kind, np.eye(4), FIRST))
     expected = register(*clouds, np.eye(4)).T_target_source
@@ -86,7 +60,7 @@ def test_guess_of_another_type_gives_the_transform_that_the_core_gives(bench, cl
 
 
 def test_odometry_of_other_frames_is_refused_by_name(bench, clouds):
-    b = bench('odometry', guess_class=Odometry).start()
+    b = bench(guess_type='odometry', guess_class=Odometry).start()
     publish_clouds(b, clouds, FIRST)
     b.guess.publish(pose_message(Odometry, np.eye(4), FIRST, 'odom', 'base_link'))
     b.until(lambda: b.statuses('refused'))
@@ -150,7 +124,7 @@ def test_change_to_tf_without_its_messages_is_refused_with_the_package_to_instal
 
 @pytest.mark.parametrize('name', ['identity', 'last'])
 def test_guess_that_no_topic_need_give_is_not_waited_for(bench, clouds, name):
-    b = bench(name, guess_class=None).start()
+    b = bench(guess_type=name, guess_class=None).start()
     assert ('initial_guess' in b.node.registration.inputs.subscriptions) == (name == 'last')
     for stamp in (FIRST, FIRST + 100 * MS):
         publish_clouds(b, clouds, stamp)
@@ -158,7 +132,7 @@ def test_guess_that_no_topic_need_give_is_not_waited_for(bench, clouds, name):
 
 
 def test_last_result_is_where_the_next_one_starts(bench, clouds):
-    b = bench('last', guess_class=None).start()
+    b = bench(guess_type='last', guess_class=None).start()
     publish_clouds(b, clouds, FIRST)
     b.transform_of(FIRST)
     first = register(*clouds, np.eye(4)).T_target_source
@@ -169,7 +143,7 @@ def test_last_result_is_where_the_next_one_starts(bench, clouds):
 
 
 def test_pose_of_long_ago_on_the_topic_is_where_the_first_one_starts(bench, clouds):
-    b = bench('last').start()
+    b = bench(guess_type='last').start()
     guess = T_TRUTH @ exp(np.array([0.0, 0.0, 0.01, 0.05, 0.0, 0.0]))
     b.guess.publish(guess_message(guess, 5))
     b.until(lambda: b.node.registration.inputs.pairing._guesses._first)
@@ -181,7 +155,7 @@ def test_pose_of_long_ago_on_the_topic_is_where_the_first_one_starts(bench, clou
 @pytest.mark.skipif(find_spec('tf2_msgs') is not None, reason='tf2_msgs is installed here')
 def test_tf_without_its_messages_ends_the_start_with_the_package_to_install(bench):
     with pytest.raises(InvalidConfig, match='apt install ros-jazzy-tf2-msgs'):
-        bench('tf', guess_class=None).start()
+        bench(guess_type='tf', guess_class=None).start()
 
 
 @pytest.fixture
@@ -193,7 +167,7 @@ def tf_bench(bench, monkeypatch):
         '_class_of',
         lambda msgtype, kind: Odometry if 'tf2_msgs' in msgtype else class_of(msgtype, kind),
     )
-    return bench('tf', guess_class=None).start()
+    return bench(guess_type='tf', guess_class=None).start()
 
 
 def test_guess_from_tf_is_the_way_from_source_to_target_at_the_stamp(tf_bench, clouds):
@@ -234,7 +208,7 @@ def test_tf_is_subscribed_as_tf2_does(tf_bench):
 
 
 def test_nearest_target_is_refused_beyond_the_tolerance(bench, clouds):
-    b = bench('identity', guess_class=None, pairing='nearest').start()
+    b = bench(guess_type='identity', guess_class=None, pairing='nearest').start()
     publish_clouds(b, clouds, FIRST)
     b.target.publish(cloud_message(clouds[0], FIRST + 90 * MS, 'map'))
     b.transform_of(FIRST)

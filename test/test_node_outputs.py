@@ -4,8 +4,7 @@ from importlib.util import find_spec
 from types import SimpleNamespace
 
 import pytest
-from live import own_graph
-from node_bench import FIRST, MS, Bench, corner, send, values_of
+from node_bench import FIRST, MS, send, values_of
 
 # isort: split
 import numpy as np
@@ -22,30 +21,6 @@ from idem_ros.debug_clouds import points_with_q
 from idem_ros.node import outputs
 from idem_ros.pointcloud2 import read_points
 from idem_ros.transform_message import matrix_of, stamp_ns
-
-
-@pytest.fixture(scope='module')
-def context():
-    with own_graph() as context:
-        yield context
-
-
-@pytest.fixture(scope='module')
-def clouds():
-    return corner()
-
-
-@pytest.fixture
-def bench(context):
-    benches = []
-
-    def make(**options):
-        benches.append(Bench(context, **options))
-        return benches[-1]
-
-    yield make
-    for each in benches:
-        each.close()
 
 
 def subscribed(bench, kind, topic):

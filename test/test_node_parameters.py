@@ -1,8 +1,7 @@
 """The node in this process: parameters given at its start and changed while it runs."""
 
 import pytest
-from live import own_graph
-from node_bench import FIRST, MS, Bench, corner, send, values_of
+from node_bench import FIRST, MS, send, values_of
 
 # isort: split
 import numpy as np
@@ -10,30 +9,6 @@ from rclpy.parameter import Parameter
 
 from idem_ros.core import InvalidConfig, RegistrationConfig, register
 from idem_ros.transform_message import matrix_of
-
-
-@pytest.fixture(scope='module')
-def context():
-    with own_graph() as context:
-        yield context
-
-
-@pytest.fixture(scope='module')
-def clouds():
-    return corner()
-
-
-@pytest.fixture
-def bench(context):
-    benches = []
-
-    def make(**options):
-        benches.append(Bench(context, **options))
-        return benches[-1]
-
-    yield make
-    for each in benches:
-        each.close()
 
 
 def test_parameter_changed_while_it_runs_holds_for_the_next_pair(bench, clouds):

@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from live import own_graph, rclpy, spin_until
+from live import rclpy, spin_until
 
 # isort: split
 import numpy as np
@@ -28,12 +28,6 @@ CLASSES = {
     '/initial_guess': TransformStamped,
     '/ground_truth': TransformStamped,
 }
-
-
-@pytest.fixture(scope='module')
-def context():
-    with own_graph() as context:
-        yield context
 
 
 @pytest.fixture
