@@ -1,12 +1,11 @@
 """Refines a recording by a node in a process of its own, over real topics, scan by scan."""
 
-import json
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
@@ -15,15 +14,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
+from idem_ros.node.child import ended, node_command
 from idem_ros.node.player import Pace, Player, playing_node
 from idem_ros.recording.reader import Recording
 from idem_ros.recording.topics import Topics
 from idem_ros.transform_message import matrix_of, stamp_ns
 
-NODE = [sys.executable, '-m', 'idem_ros.node.registration_node']
 QUEUE = 10
 START_PATIENCE = 120.0  # [s] until the node listens; compiling with a cold cache takes most of it
-END_PATIENCE = 10.0  # [s]
 
 
 class NodeFailed(IdemError):
@@ -118,29 +116,42 @@ def refine_live(
         NodeFailed: the node does not start, dies, or does not end with 0.
     """
     names = [name for name in vars(topics).values() if name]
-    with playing_node('idem_live') as node, _started_node(topics, parameters or {}) as process:
+    with playing_node('idem_live') as node, _started_node(topics, parameters or {}) as child:
         answers = _Answers(node)
         player = Player(node, recording, [name for name in names if name != topics.truth])
-        _wait_until_connected(process, player, answers)
-        pace, guesses, truths = Pace(rate), _Poses(), _Poses()
+        _wait_until_connected(child, player, answers)
+        guesses, truths = _Poses(), _Poses()
         poses = {topics.guess: guesses, topics.truth: truths}
-        stamp = None
-        for topic, log_time, message in recording.messages(names):
-            if topic == topics.source:
-                if stamp is not None:
-                    yield _answered(process, stamp, answers, patience, guesses, truths)
-                stamp = stamp_ns(message)
-            elif topic in poses:
-                poses[topic].add(message)
-            pace.wait(log_time)
-            player.publish(topic, log_time, message)
-        if stamp is not None:
-            yield _answered(process, stamp, answers, patience, guesses, truths)
+        answered = partial(_answered, child, answers, patience, guesses, truths)
+        played = _played(player, recording.messages(names), Pace(rate))
+        yield from map(answered, _complete_sources(played, topics.source, poses))
 
 
-def _answered(process, stamp, answers, patience, guesses, truths) -> Scan:
+def _complete_sources(played, source, poses):
+    """Yield the stamp of each source when all is published that comes before the next one."""
+    last = None
+    for topic, message in played:
+        if topic == source:
+            if last is not None:
+                yield last
+            last = stamp_ns(message)
+        elif topic in poses:
+            poses[topic].add(message)
+    if last is not None:
+        yield last
+
+
+def _played(player, messages, pace):
+    """Yield each (topic, message), and publish it at its time afterwards."""
+    for topic, log_time, message in messages:
+        yield topic, message
+        pace.wait(log_time)
+        player.publish(topic, log_time, message)
+
+
+def _answered(child, answers, patience, guesses, truths, stamp) -> Scan:
     answers.wait_for(stamp, patience)
-    _require_alive(process)
+    _require_alive(child)
     return Scan(
         stamp=stamp,
         T_guess=guesses.of(stamp),
@@ -159,41 +170,28 @@ def _started_node(topics: Topics, parameters: dict) -> Iterator[subprocess.Popen
         'target_durability': 'transient_local',
         **parameters,
     }
-    command = [*NODE, '--ros-args', '--log-level', 'idem_node:=warn']
+    command = node_command(values, log_level='warn')
     for name, topic in inputs.items():
         if topic:
             command += ['-r', f'~/{name}:=/{topic.lstrip("/")}']
-    for name, value in values.items():
-        command += ['-p', f'{name}:={json.dumps(value)}']
-    process = subprocess.Popen(command)
+    child = subprocess.Popen(command)
     try:
-        yield process
-        if (code := _end(process)) != 0:
+        yield child
+        if (code := ended(child)) != 0:
             raise NodeFailed(f'the node ended with exit code {code} on SIGTERM; it must be 0')
     finally:
-        _end(process)
+        ended(child)
 
 
-def _end(process) -> int:
-    """Ask the process to end, make it where it does not; return its exit code."""
-    if process.poll() is None:
-        process.terminate()
-        try:
-            process.wait(END_PATIENCE)
-        except subprocess.TimeoutExpired:
-            process.kill()
-    return process.wait()
-
-
-def _wait_until_connected(process, player: Player, answers: _Answers) -> None:
+def _wait_until_connected(child, player: Player, answers: _Answers) -> None:
     end = time.monotonic() + START_PATIENCE
     while not (player.is_heard() and all(s.get_publisher_count() for s in answers.subscriptions)):
-        _require_alive(process)
+        _require_alive(child)
         if time.monotonic() > end:
             raise NodeFailed(f'the node does not listen {START_PATIENCE} s after its start')
         time.sleep(0.05)
 
 
-def _require_alive(process) -> None:
-    if process.poll() is not None:
-        raise NodeFailed(f'the node has ended with exit code {process.returncode}')
+def _require_alive(child) -> None:
+    if child.poll() is not None:
+        raise NodeFailed(f'the node has ended with exit code {child.returncode}')

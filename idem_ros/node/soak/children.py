@@ -9,11 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.node.child import ended
 from idem_ros.node.soak.player import PLAYS, Played
 
-NODE = [sys.executable, '-m', 'idem_ros.node.registration_node']
 PLAYER = [sys.executable, '-m', 'idem_ros.node.soak.player']
-END_PATIENCE = 10.0  # [s]
 
 
 class SoakFailed(IdemError):
@@ -23,28 +22,14 @@ class SoakFailed(IdemError):
 @contextmanager
 def started(command: list[str], **options) -> Iterator[subprocess.Popen]:
     """Yield a process that is ended with the block: asked to, then made to."""
-    process = subprocess.Popen(command, **options)
+    child = subprocess.Popen(command, **options)
     try:
-        yield process
+        yield child
     finally:
-        if process.poll() is None:
-            process.terminate()
-            try:
-                process.wait(END_PATIENCE)
-            except subprocess.TimeoutExpired:
-                process.kill()
-        process.wait()
-        for stream in (process.stdout, process.stderr):
+        ended(child)
+        for stream in (child.stdout, child.stderr):
             if stream:
                 stream.close()
-
-
-def node_command(parameters: dict, log_level: str = 'error') -> list[str]:
-    """Return the command of a node with parameters."""
-    command = [*NODE, '--ros-args', '--log-level', f'idem_node:={log_level}']
-    for name, value in parameters.items():
-        command += ['-p', f'{name}:={json.dumps(value)}']
-    return command
 
 
 @contextmanager
@@ -52,8 +37,8 @@ def started_player(rate: float, seconds: float, points: int) -> Iterator[subproc
     """Yield a player of clouds; see `SoakPlayer`."""
     values = {'--rate': rate, '--seconds': seconds, '--points': points}
     arguments = [word for name, value in values.items() for word in (name, str(value))]
-    with started([*PLAYER, *arguments], stdout=subprocess.PIPE, text=True) as process:
-        yield process
+    with started([*PLAYER, *arguments], stdout=subprocess.PIPE, text=True) as child:
+        yield child
 
 
 def wait_until_it_plays(player: subprocess.Popen) -> None:

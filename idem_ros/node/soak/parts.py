@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from idem_ros.benchmarks.goal import Goal
+from idem_ros.node.child import node_command
 from idem_ros.node.soak.children import (
     SoakFailed,
     clean_shared_memory,
-    node_command,
     played_by,
     started,
     started_player,
