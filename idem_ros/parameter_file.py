@@ -78,17 +78,12 @@ def configs_of(path, parameters, config_types, elsewhere=()):
         for name, each in known.items()
         if name in parameters
     }
-    configs = {
-        kind: kind(
-            **{
-                each.name: values[parameter_name(each)]
-                for each in fields(kind)
-                if parameter_name(each) in values
-            }
-        )
-        for kind in config_types
-    }
-    return configs, passed
+    return {kind: _built(kind, values) for kind in config_types}, passed
+
+
+def _built(kind, values):
+    names = {each.name: parameter_name(each) for each in fields(kind)}
+    return kind(**{field: values[name] for field, name in names.items() if name in values})
 
 
 def _is_ours(node):

@@ -127,10 +127,7 @@ class Refiner:
         """
         watch, kept = Stopwatch(), self._target
         config, preprocessing = self._configs
-        frames = (
-            pair.target.header.frame_id or pair.guess.target_frame,
-            pair.source.header.frame_id or pair.guess.source_frame,
-        )
+        frames = _frames_of(pair)
         T_guess = self._guess_of(pair, frames)
         target = self._prepared_target(pair.target, preprocessing)
         source = prepared('source', pair.source, preprocessing)
@@ -141,8 +138,7 @@ class Refiner:
         result = self._method.judged(found, *clouds, config)
         judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
         self.took_part = TookPart(*clouds, config)
-        if result.converged:
-            self._last = _lineage(pair, frames), result.T_target_source
+        self._last = self._last_after(pair, frames, result)
         fresh = [each for each in (target, source) if each is not kept]
         return Refinement(
             stamp=pair.stamp,
@@ -169,12 +165,24 @@ class Refiner:
             return last
         return np.eye(4) if pair.guess.T_first is None else pair.guess.T_first
 
+    def _last_after(self, pair, frames, result):
+        if not result.converged:
+            return self._last
+        return _lineage(pair, frames), result.T_target_source
+
     def _prepared_target(self, message, preprocessing) -> PreparedCloud:
         kept_of = self._target_of
         if not kept_of or message is not kept_of[0] or preprocessing != kept_of[1]:
             self._target = prepared('target', message, preprocessing)
             self._target_of = message, preprocessing
         return self._target
+
+
+def _frames_of(pair):
+    return (
+        pair.target.header.frame_id or pair.guess.target_frame,
+        pair.source.header.frame_id or pair.guess.source_frame,
+    )
 
 
 def _lineage(pair, frames):

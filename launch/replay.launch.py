@@ -39,10 +39,8 @@ def generate_launch_description():
         'fixed_frame': ('map', 'frame of the target, which RViz shows'),
     }
     use_sim_time = {'use_sim_time': True}
-    as_played = {
-        'reliability': 'reliable',
-        'target_durability': LaunchConfiguration('target_durability'),
-    }
+    durability = LaunchConfiguration('target_durability')
+    as_played = {'reliability': 'reliable', 'target_durability': durability}
     node = Node(
         package='idem_ros',
         executable='idem_node',

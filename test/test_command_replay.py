@@ -135,6 +135,34 @@ def test_a_source_that_is_refused_is_reported_with_the_reason(folder, rng, capsy
     assert "1 x source: it has no field 'z'; its fields: x, y" in out
 
 
+BAD_INPUT = [  # arguments, exit code, words of the error
+    (['nowhere.mcap'], 1, 'nowhere.mcap does not exist'),
+    (['garbage.mcap'], 1, 'garbage.mcap cannot be read'),
+    (['transforms.mcap'], 1, 'has no PointCloud2 topic left for the target'),
+    (['nothing.mcap'], 1, 'none of its 3 points is usable'),
+    (['scans.mcap', '--source-topic', '/lidar'], 1, "has no topic '/lidar'"),
+    (['scans.mcap', '--guess-topic', '/source'], 1, 'must be geometry_msgs'),
+    (['scans.mcap', '--tum', 'no/out.tum'], 1, 'no does not exist'),
+    (['scans.mcap', '--out', 'scans.mcap'], 2, 'a file is named twice'),
+    (['scans.mcap', '--json', 'out.tum'], 2, 'a file is named twice'),
+    (['sqlite3', '--json', 'sqlite3/out.json'], 2, 'outside the recording'),
+    (['scans.mcap', '--out', 'out.bag'], 2, 'must end in .mcap'),
+    (['scans.mcap', '--a', '-1'], 2, 'a is -1.0'),
+    ([], 2, 'no recording is named'),
+    (['scans.mcap', '--every', '0'], 2, 'every is 0'),
+    (['scans.mcap', '--start', '-1'], 2, 'start is -1.0'),
+    (['scans.mcap', '--duration', 'nan'], 2, 'duration is nan'),
+    (['scans.mcap', '--start', '1000'], 1, '3 sources left out'),
+    (['scans.mcap', '--method', 'gicp', '--max-distance', '0'], 2, 'max_distance is 0.0'),
+    (['scans.mcap', '--method', 'idem,gicp', '--json', '-'], 2, 'need a file each'),
+    (['scans.mcap', '--params', 'none.yaml'], 2, 'none.yaml cannot be read'),
+    (['scans.mcap', '--params', 'out.json'], 2, 'out.json holds no node'),
+    (['--again', 'none.mcap'], 1, 'none.mcap cannot be read'),
+    (['--again', 'scans.mcap'], 1, 'scans.mcap is no result of a replay'),
+    (['--again', 'scans.mcap', '--a', '2', '--every', '2'], 2, 'leave out --a, --every'),
+]
+
+
 def test_bad_input_gets_one_line_and_leaves_old_outputs(folder, rng, capsys):
     (folder / 'garbage.mcap').write_bytes(b'garbage' * 10)
     write_mcap('transforms.mcap', (m for m in scans(rng) if m[0] == '/ground_truth'))
@@ -147,34 +175,8 @@ def test_bad_input_gets_one_line_and_leaves_old_outputs(folder, rng, capsys):
     for output in outputs:
         (folder / output).write_text('old')
     before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-    cases = [
-        (['nowhere.mcap'], 1, 'nowhere.mcap does not exist'),
-        (['garbage.mcap'], 1, 'garbage.mcap cannot be read'),
-        (['transforms.mcap'], 1, 'has no PointCloud2 topic left for the target'),
-        (['nothing.mcap'], 1, 'none of its 3 points is usable'),
-        (['scans.mcap', '--source-topic', '/lidar'], 1, "has no topic '/lidar'"),
-        (['scans.mcap', '--guess-topic', '/source'], 1, 'must be geometry_msgs'),
-        (['scans.mcap', '--tum', 'no/out.tum'], 1, 'no does not exist'),
-        (['scans.mcap', '--out', 'scans.mcap'], 2, 'a file is named twice'),
-        (['scans.mcap', '--json', 'out.tum'], 2, 'a file is named twice'),
-        (['sqlite3', '--json', 'sqlite3/out.json'], 2, 'outside the recording'),
-        (['scans.mcap', '--out', 'out.bag'], 2, 'must end in .mcap'),
-        (['scans.mcap', '--a', '-1'], 2, 'a is -1.0'),
-        ([], 2, 'no recording is named'),
-        (['scans.mcap', '--every', '0'], 2, 'every is 0'),
-        (['scans.mcap', '--start', '-1'], 2, 'start is -1.0'),
-        (['scans.mcap', '--duration', 'nan'], 2, 'duration is nan'),
-        (['scans.mcap', '--start', '1000'], 1, '3 sources left out'),
-        (['scans.mcap', '--method', 'gicp', '--max-distance', '0'], 2, 'max_distance is 0.0'),
-        (['scans.mcap', '--method', 'idem,gicp', '--json', '-'], 2, 'need a file each'),
-        (['scans.mcap', '--params', 'none.yaml'], 2, 'none.yaml cannot be read'),
-        (['scans.mcap', '--params', 'out.json'], 2, 'out.json holds no node'),
-        (['--again', 'none.mcap'], 1, 'none.mcap cannot be read'),
-        (['--again', 'scans.mcap'], 1, 'scans.mcap is no result of a replay'),
-        (['--again', 'scans.mcap', '--a', '2', '--every', '2'], 2, 'leave out --a, --every'),
-    ]
     options = ['--json', 'out.json', '--out', 'out.mcap', '--tum', 'out.tum']
-    for argv, code, words in cases:
+    for argv, code, words in BAD_INPUT:
         assert main(['replay', *options, *argv]) == code, argv
         captured = capsys.readouterr()
         assert captured.out == ''

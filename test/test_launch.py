@@ -38,23 +38,25 @@ def test_parameter_file_holds_every_parameter_with_its_default():
     assert list(given) == [parameter_name(field) for field in expected]
 
 
+def recorded(*kinds):
+    """Return what stands in for kinds of actions: {kind: what keeps its arguments}."""
+
+    def recording(kind):
+        return lambda *positional, **keywords: SimpleNamespace(
+            kind=kind, positional=positional, **keywords
+        )
+
+    return {kind: recording(kind) for kind in kinds}
+
+
 @pytest.fixture
 def launched(monkeypatch):
     """What a launch file declares, {kind: actions}; `launch` has no wheel and is stood in for."""
 
-    def recorded(kind):
-        def record(*positional, **keywords):
-            return SimpleNamespace(kind=kind, positional=positional, **keywords)
-
-        return record
-
-    def kinds(*names):
-        return {name: recorded(name) for name in names}
-
     contents = {
         'ament_index_python.packages': {'get_package_share_directory': lambda name: str(ROOT)},
         'launch': {'LaunchDescription': list},
-        'launch.actions': kinds(
+        'launch.actions': recorded(
             'DeclareLaunchArgument',
             'ExecuteProcess',
             'RegisterEventHandler',
@@ -62,10 +64,10 @@ def launched(monkeypatch):
             'UnregisterEventHandler',
         ),
         'launch.conditions': {'IfCondition': lambda name: name},
-        'launch.event_handlers': kinds('OnProcessIO'),
+        'launch.event_handlers': recorded('OnProcessIO'),
         'launch.substitutions': {'LaunchConfiguration': lambda name: f'$({name})'},
         'launch_ros': {},
-        'launch_ros.actions': kinds('Node'),
+        'launch_ros.actions': recorded('Node'),
         'launch_ros.substitutions': {'ExecutableInPackage': lambda *names: '/'.join(names[::-1])},
     }
     for name, attributes in contents.items():

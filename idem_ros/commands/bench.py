@@ -17,6 +17,28 @@ def add_parser(subparsers):
         description='Measure IDEM beside the methods of small_gicp (the extra "bench").',
     )
     kinds = parser.add_subparsers(title='benchmarks', metavar='BENCHMARK', required=True)
+    _add_accuracy(kinds)
+    speed = kinds.add_parser('speed', help='time, memory, and time to accuracy')
+    _add_output_options(speed)
+    add_config_options(speed, without=OWN)
+    speed.set_defaults(run=_speed)
+    for name, run, what in (
+        ('main', _main, "the main job's figures"),
+        ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
+        ('trust', _trust, 'how far verdict, covariance and free motions hold'),
+    ):
+        goals = kinds.add_parser(name, help=f'{what}; exit code 1 if one is missed')
+        _add_output_options(goals)
+        add_config_options(goals, without=OWN)
+        goals.set_defaults(run=run)
+    report = kinds.add_parser(
+        'report', help='time and size of a report of 1000 frames; exit code 1 if one is missed'
+    )
+    _add_output_options(report)
+    report.set_defaults(run=_report)
+
+
+def _add_accuracy(kinds):
     accuracy = kinds.add_parser('accuracy', help='errors and success from many starts')
     accuracy.add_argument('--rows', metavar='PATTERN', help='only rows whose name holds this')
     accuracy.add_argument(
@@ -31,30 +53,12 @@ def add_parser(subparsers):
         metavar='FILE',
         help='run IDEM alone; take the other methods from the --json of an earlier run',
     )
-    _add_common(accuracy)
+    _add_output_options(accuracy)
     add_config_options(accuracy, without=OWN)
     accuracy.set_defaults(run=_accuracy)
-    speed = kinds.add_parser('speed', help='time, memory, and time to accuracy')
-    _add_common(speed)
-    add_config_options(speed, without=OWN)
-    speed.set_defaults(run=_speed)
-    for name, run, what in (
-        ('main', _main, "the main job's figures"),
-        ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
-        ('trust', _trust, 'how far verdict, covariance and free motions hold'),
-    ):
-        goals = kinds.add_parser(name, help=f'{what}; exit code 1 if one is missed')
-        _add_common(goals)
-        add_config_options(goals, without=OWN)
-        goals.set_defaults(run=run)
-    report = kinds.add_parser(
-        'report', help='time and size of a report of 1000 frames; exit code 1 if one is missed'
-    )
-    _add_common(report)
-    report.set_defaults(run=_report)
 
 
-def _add_common(parser):
+def _add_output_options(parser):
     parser.add_argument('--quick', action='store_true', help='few rows and few runs of each')
     parser.add_argument('--json', metavar='FILE', help='write every figure as JSON')
     parser.add_argument('--markdown', metavar='FILE', help='write the tables as Markdown')

@@ -10,6 +10,27 @@ from idem_ros.evaluation.settings import IDEM, METHODS, SEQUENCES, Settings
 
 def add_settings_options(parser):
     """Add the options; one that nobody gives is not in the namespace."""
+    _add_methods(parser)
+    _add_selection(parser)
+    parser.add_argument(
+        '--sequence',
+        choices=SEQUENCES,
+        default=SUPPRESS,
+        help='odometry over the scans of one topic, from the first on: each against the one '
+        'before, or against the last ten; --tum is the trajectory',
+    )
+    parser.add_argument(
+        '--params',
+        metavar='FILE',
+        default=SUPPRESS,
+        help="parameters as the node reads them (YAML, /**: ros__parameters:); the command line's "
+        'own options win',
+    )
+    for config_type in REPLAYED:
+        add_config_options(parser, config_type=config_type)
+
+
+def _add_methods(parser):
     parser.add_argument(
         '--method',
         metavar='NAME',
@@ -27,6 +48,9 @@ def add_settings_options(parser):
         help='how far the methods of small_gicp look for a correspondence, and the edge of the '
         "voxels of vgicp (default: 3 times the target's mean distance to the fourth neighbour)",
     )
+
+
+def _add_selection(parser):
     for name, kind, what in (
         ('start', float, 'refine sources from here on, after the beginning of the recording [s]'),
         ('duration', float, 'refine sources for so long (default: to the end) [s]'),
@@ -34,22 +58,6 @@ def add_settings_options(parser):
     ):
         metavar = 'N' if kind is int else 'S'
         parser.add_argument(f'--{name}', metavar=metavar, type=kind, default=SUPPRESS, help=what)
-    parser.add_argument(
-        '--sequence',
-        choices=SEQUENCES,
-        default=SUPPRESS,
-        help='odometry over the scans of one topic, from the first on: each against the one '
-        'before, or against the last ten; --tum is the trajectory',
-    )
-    parser.add_argument(
-        '--params',
-        metavar='FILE',
-        default=SUPPRESS,
-        help="parameters as the node reads them (YAML, /**: ros__parameters:); the command line's "
-        'own options win',
-    )
-    for config_type in REPLAYED:
-        add_config_options(parser, config_type=config_type)
 
 
 def settings_from(args):

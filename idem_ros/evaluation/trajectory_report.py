@@ -53,24 +53,15 @@ def compared(
     """
     poses = {'reference': len(reference), 'estimate': len(estimate)}
     reference, estimate = associate(reference, estimate, tolerance)
-    T_reference_estimate = None
+    T_reference_estimate = alignment(reference, estimate) if align else None
     if align:
-        T_reference_estimate = alignment(reference, estimate)
         estimate = Trajectory(T_reference_estimate @ estimate.poses, estimate.stamps)
     return {
         'poses': {**poses, 'matched': len(reference)},
         'path_length_m': float(path_length(reference)[-1]),
         'alignment': None if T_reference_estimate is None else T_reference_estimate.tolist(),
         'ape': _statistics_of(ape(reference, estimate)),
-        'rpe': [
-            {
-                'delta': delta,
-                'unit': unit,
-                'all_pairs': all_pairs,
-                **_statistics_of(rpe(reference, estimate, delta, unit, all_pairs)),
-            }
-            for delta, unit in deltas
-        ],
+        'rpe': [_rpe(reference, estimate, *delta, all_pairs) for delta in deltas],
         'kitti': _kitti(segment_errors(reference, estimate, lengths), lengths),
     }
 
@@ -93,6 +84,11 @@ def report(record):
         shortest = min(row['length_m'] for row in kitti['by_length'])
         lines.append(f"KITTI's segments: none, the path is shorter than {shortest:g} m")
     return '\n'.join(lines)
+
+
+def _rpe(reference, estimate, delta, unit, all_pairs):
+    errors = rpe(reference, estimate, delta, unit, all_pairs)
+    return {'delta': delta, 'unit': unit, 'all_pairs': all_pairs, **_statistics_of(errors)}
 
 
 def _statistics_of(errors):

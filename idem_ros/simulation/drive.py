@@ -27,14 +27,7 @@ def drive(scene, scans, rng, height_m=1.8, lateral_m=0.0):
     """
     if scans < 2 or len(scene.route) < 2:
         raise InvalidConfig(f'{scans} scans on a route of {len(scene.route)} points; both from 2')
-    ground = scene.route
-    length = _arc_length(ground)
-    left = np.gradient(ground[:, :2], axis=0)[:, ::-1] * (-1.0, 1.0)
-    left /= np.linalg.norm(left, axis=1, keepdims=True)
-    wander = 0.3 * np.sin(2 * np.pi * length / rng.uniform(25, 40) + rng.uniform(0, 2 * np.pi))
-    path = ground.copy()
-    path[:, :2] += left * (lateral_m + wander)[:, None]
-    path[:, 2] += height_m
+    path = _path_of_sensor(scene.route, rng, height_m, lateral_m)
     length = _arc_length(path)
     stops = np.linspace(0.0, length[-1], scans)
     slope = np.gradient(path, axis=0)
@@ -65,6 +58,18 @@ def perturbed(T, rotation_deg, translation_m, rng):
     result[:3, :3] = result[:3, :3] @ turn
     result[:3, 3] += translation_m * _direction(rng)
     return result
+
+
+def _path_of_sensor(ground, rng, height_m, lateral_m):
+    """Return the points (N, 3) above a route that the sensor passes, wandering sideways."""
+    length = _arc_length(ground)
+    left = np.gradient(ground[:, :2], axis=0)[:, ::-1] * (-1.0, 1.0)
+    left /= np.linalg.norm(left, axis=1, keepdims=True)
+    wander = 0.3 * np.sin(2 * np.pi * length / rng.uniform(25, 40) + rng.uniform(0, 2 * np.pi))
+    path = ground.copy()
+    path[:, :2] += left * (lateral_m + wander)[:, None]
+    path[:, 2] += height_m
+    return path
 
 
 def _arc_length(path):
