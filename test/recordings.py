@@ -8,10 +8,24 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.recording.messages import cloud_message, transform_message, typestore
+from idem_ros.recording.messages import (
+    CLOUD,
+    TRANSFORM,
+    cloud_message,
+    transform_message,
+    typestore,
+)
+from idem_ros.recording.reader import Topic
+from idem_ros.recording.writer import write_mcap
 
 START, STEP = 10**9, 10**8
 FRAMES = 'map', 'lidar'
+TOPICS = {  # of three scans
+    '/ground_truth': Topic(TRANSFORM, 3),
+    '/initial_guess': Topic(TRANSFORM, 3),
+    '/source': Topic(CLOUD, 3),
+    '/target': Topic(CLOUD, 1),
+}
 
 
 def scans(rng, n=3, points=400, perturbation=(2.0, 0.05)):
@@ -73,3 +87,26 @@ def _as_ros1(message, store):
 
 def transforms_of(replayed):
     return np.array([frame.refinement.result.T_target_source for frame in replayed.frames])
+
+
+def bare_mcap(folder, messages):
+    write_mcap(folder / 'scans.mcap', messages)
+    return folder / 'scans.mcap'
+
+
+def mcap_folder(folder, messages):
+    write_rosbag2(folder / 'scans', messages, StoragePlugin.MCAP)
+    return folder / 'scans'
+
+
+def ros1_bag(folder, messages):
+    write_rosbag1(folder / 'scans.bag', messages)
+    return folder / 'scans.bag'
+
+
+def four_bags(folder):
+    """Write a.mcap to d.mcap of two scans each; return their paths."""
+    paths = [folder / f'{name}.mcap' for name in 'abcd']
+    for seed, path in enumerate(paths):
+        write_mcap(path, scans(np.random.default_rng(seed), n=2))
+    return [str(path) for path in paths]

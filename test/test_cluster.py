@@ -6,15 +6,13 @@ import sys
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
-from recordings import scans
+from recordings import four_bags
 from test_worker_processes import Deadly, tasks_of
 
 from idem_ros.commands.main import main
 from idem_ros.evaluation.cluster import ClusterMissing, on_cluster
 from idem_ros.evaluation.worker_processes import in_processes
-from idem_ros.recording.writer import write_mcap
 
 HERE = Path(__file__).resolve().parent
 LOOPBACK = '127.0.0.1'
@@ -22,10 +20,7 @@ LOOPBACK = '127.0.0.1'
 
 @pytest.fixture
 def bags(tmp_path):
-    paths = [tmp_path / f'{name}.mcap' for name in 'abcd']
-    for seed, path in enumerate(paths):
-        write_mcap(path, scans(np.random.default_rng(seed), n=2))
-    return [str(path) for path in paths]
+    return four_bags(tmp_path)
 
 
 @pytest.fixture

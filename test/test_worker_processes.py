@@ -4,15 +4,13 @@ from dataclasses import dataclass
 from multiprocessing import active_children
 from pathlib import Path
 
-import numpy as np
 import pytest
-from recordings import scans
+from recordings import four_bags
 
 from idem_ros.evaluation import worker_processes
 from idem_ros.evaluation.one_recording import Task
 from idem_ros.evaluation.settings import Settings
 from idem_ros.evaluation.worker_processes import WorkersFailed, in_processes
-from idem_ros.recording.writer import write_mcap
 
 NO_TOPICS = {}
 
@@ -39,10 +37,7 @@ class Deadly:
 
 @pytest.fixture
 def bags(tmp_path):
-    paths = [tmp_path / f'{name}.mcap' for name in 'abcd']
-    for seed, path in enumerate(paths):
-        write_mcap(path, scans(np.random.default_rng(seed), n=2))
-    return [str(path) for path in paths]
+    return four_bags(tmp_path)
 
 
 @pytest.fixture
