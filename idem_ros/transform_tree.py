@@ -71,12 +71,12 @@ class TransformTree:
                 f'the {role} cloud names no frame, which tf could tell the pose of'
             )
         of_target, of_source = self._way_up(target), self._way_up(source)
-        common = next((frame for frame in of_source if frame in of_target), None)
-        if common is None:
+        top = next((frame for frame in of_source if frame in of_target), None)
+        if top is None:
             raise NotYet(self._not_connected(target, source), is_doubtful=True)
-        up = of_source[: of_source.index(common)], of_target[: of_target.index(common)]
-        T_common_source, T_common_target = (self._pose_along(way, stamp, config) for way in up)
-        pose = T_common_source if not up[1] else inverse(T_common_target) @ T_common_source
+        up = of_source[: of_source.index(top)], of_target[: of_target.index(top)]
+        T_top_source, T_top_target = (self._pose_along(way, stamp, config) for way in up)
+        pose = T_top_source if not up[1] else inverse(T_top_target) @ T_top_source
         return Guess(pose, target_frame, source_frame)
 
     def _edge(self, transform):

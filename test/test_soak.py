@@ -59,14 +59,14 @@ def test_every_cloud_of_the_stream_has_as_many_points_as_asked_for_and_the_stamp
     assert message.header.frame_id == 'lidar'
 
 
-def test_growth_threads_and_handles_are_held_after_the_first_minute():
+def test_growth_threads_and_open_files_are_held_after_the_first_minute():
     part = parts.Part('one')
     samples = [Sample(60.0 + i, 0.0, 1000 + i, 5, 9 + (i == 7)) for i in range(100)]
     parts._hold_footprint(part, samples)
     assert [(goal.figure, goal.reached) for goal in part.goals] == [
         ('growth of the memory', False),
         ('threads that came or went', True),
-        ('handles that came or went', False),
+        ('open files that came or went', False),
     ]
 
 

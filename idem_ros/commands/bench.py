@@ -3,7 +3,7 @@
 import os
 from dataclasses import replace
 
-from idem_ros.commands.exit_codes import DATA, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
@@ -125,7 +125,7 @@ def _main(args):
         text += f'\nWithout the real pairs: {SHARED} is not there.\n'
     _write(args, {'goals': [goal.record() for goal in goals]}, text)
     print(text)
-    return OK if all(goal.reached for goal in goals) else DATA
+    return OK if all(goal.reached for goal in goals) else FAILED
 
 
 def _evaluation(args):
@@ -161,7 +161,7 @@ def _told(args, title, goals):
     text = f'## {title}\n\n' + goals_table(goals)
     _write(args, {'goals': [goal.record() for goal in goals]}, text)
     print(text)
-    return OK if all(goal.reached for goal in goals) else DATA
+    return OK if all(goal.reached for goal in goals) else FAILED
 
 
 def _config(args):

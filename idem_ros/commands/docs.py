@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import DATA, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 
 PICTURE = 'docs/refinement.png'
 BAG = 'bags/demo.mcap'
@@ -37,7 +37,7 @@ def run(args):
     written = with_blocks(text, blocks(readme.parent))
     if args.check:
         print(f'{readme} is {"up to date" if written == text else "out of date: run make docs"}')
-        return OK if written == text else DATA
+        return OK if written == text else FAILED
     with replacing(readme) as temporary:
         Path(temporary).write_text(written)
     _draw(readme.parent)

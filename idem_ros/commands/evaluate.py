@@ -6,7 +6,7 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import DATA, INTERRUPTED, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.options import add_topic_options, topics_from
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 
@@ -179,4 +179,4 @@ def _summed_up(overall, out, interrupted):
     print(overall_table(record))
     if interrupted:
         return INTERRUPTED
-    return DATA if record['failed'] else OK
+    return FAILED if record['failed'] else OK

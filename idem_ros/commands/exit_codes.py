@@ -3,7 +3,7 @@
 from idem_ros.core.exceptions import IdemError
 
 OK = 0
-DATA = 1
+FAILED = 1
 USAGE = 2
 INTERRUPTED = 130
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import DATA, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.core.exceptions import IdemError
 
 DESCRIPTION = """\
@@ -76,7 +76,7 @@ def run(args):
     if args.junit:
         write_junit(args.junit, found)
     print('\n'.join(_lines(found)))
-    return OK if all(finding.holds for each in found.values() for finding in each) else DATA
+    return OK if all(finding.holds for each in found.values() for finding in each) else FAILED
 
 
 def _refuse_files_named_twice(args):

@@ -21,7 +21,7 @@ from idem_ros.commands import (
     simulate,
     trajectory,
 )
-from idem_ros.commands.exit_codes import DATA, INTERRUPTED, USAGE, UsageError
+from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 
 COMMANDS = (
@@ -68,16 +68,16 @@ def main(argv=None):
         return code
     except IdemError as error:
         print(f'idem: error: {error}', file=sys.stderr)
-        return USAGE if isinstance(error, UsageError) else DATA
+        return USAGE if isinstance(error, UsageError) else FAILED
     except KeyboardInterrupt:
         print('idem: interrupted', file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output went away: `idem ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DATA
+        return FAILED
     except OSError as error:  # a full disk, a file that vanished: nothing of ours to mend
         print(f'idem: error: {error}', file=sys.stderr)
-        return DATA
+        return FAILED
 
 
 def _let_any_name_be_printed():

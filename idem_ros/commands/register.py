@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import DATA, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
 
@@ -48,7 +48,7 @@ def run(args):
         write_pose(args.out, result.T_target_source)
     print(_json(args, result) if args.json else _text(result))
     aligned = result.assessment is not None and result.assessment.verdict.value == 'aligned'
-    return OK if result.converged or aligned else DATA
+    return OK if result.converged or aligned else FAILED
 
 
 def _preprocessed(file, points, config, is_target=False):

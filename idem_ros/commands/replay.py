@@ -4,7 +4,7 @@ import argparse
 import sys
 from dataclasses import replace
 
-from idem_ros.commands.exit_codes import DATA, INTERRUPTED, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.options import add_topic_options, topics_from
 from idem_ros.commands.replay_outputs import outputs_for, write_outputs
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
@@ -125,7 +125,7 @@ def _again(args):
     print(f'{found.agreeing} of {found.frames} frames agree bit for bit', file=stream)
     if found.first:
         print(f'the first that differs: {found.first}', file=stream)
-    return code or (DATA if found.first else OK)
+    return code or (FAILED if found.first else OK)
 
 
 def _refuse_settings_of_their_own(args):

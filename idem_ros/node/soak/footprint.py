@@ -1,4 +1,4 @@
-"""What a process takes: memory, threads, file handles, and its share of a core."""
+"""What a process takes: memory, threads, open files, and its share of a core."""
 
 import contextlib
 import time
@@ -18,21 +18,21 @@ class Sample:
     rss: int
     """[bytes] resident."""
     threads: int
-    handles: int
+    open_files: int
 
 
 class Footprint:
     """Samples of a process, from now on; none any more once it has ended."""
 
     def __init__(self, pid: int):
-        self._process = psutil.Process(pid)
+        self._watched = psutil.Process(pid)
         self._start = time.monotonic()
         self.samples: list[Sample] = []
         self.sample()
 
     def sample(self) -> None:
         """Take a sample."""
-        p = self._process
+        p = self._watched
         with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
             now = time.monotonic() - self._start
             cpu = sum(p.cpu_times()[:2])
@@ -46,5 +46,5 @@ class Footprint:
         share = (last.cpu - first.cpu) / max(last.time - first.time, 1e-9)
         return (
             f'{100 * share:.0f} % of a core, {last.rss / 1e6:.0f} MB, {last.threads} threads, '
-            f'{last.handles} file handles'
+            f'{last.open_files} open files'
         )

@@ -166,9 +166,9 @@ def _hold_footprint(part: Part, after: list[Sample]) -> None:
     rss = np.array([each.rss for each in after], dtype=float)
     growth = 100 * (rss[-AVERAGED:].mean() / rss[:AVERAGED].mean() - 1)
     part.goals.append(Goal('growth of the memory', float(growth), GROWTH_PERCENT, '%'))
-    for name in ('threads', 'handles'):
+    for name in ('threads', 'open_files'):
         spread = int(np.ptp([getattr(each, name) for each in after]))
-        part.goals.append(Goal(f'{name} that came or went', spread, 0))
+        part.goals.append(Goal(f'{name.replace("_", " ")} that came or went', spread, 0))
 
 
 @contextmanager
