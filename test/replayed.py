@@ -10,12 +10,17 @@ from idem_ros.evaluation.summary import json_record
 from idem_ros.recording.writer import write_mcap
 
 
+def replayed(folder, messages, **options):
+    """Write messages as scans.mcap into a folder, and replay that."""
+    write_mcap(folder / 'scans.mcap', messages)
+    return replay(folder / 'scans.mcap', **options)
+
+
 def write_replayed(folder, n=4, name='result', truth=True):
     """Write scans.mcap and a result of its n frames into a folder; return the result's path."""
     rng = np.random.default_rng(0)
     messages = [each for each in scans(rng, n) if truth or each[0] != '/ground_truth']
-    write_mcap(folder / 'scans.mcap', messages)
-    record = json_record(replay(folder / 'scans.mcap'))
+    record = json_record(replayed(folder, messages))
     return write_record(folder / f'{name}.json', record)
 
 

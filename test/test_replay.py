@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from clouds import motion, surface
 from recordings import scans, transforms_of, write_rosbag1, write_sqlite3
+from replayed import replayed
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.se3 import inverse, transform_points
@@ -22,11 +23,6 @@ ROLES = {'/target': 'add_target', '/source': 'add_source', '/initial_guess': 'ad
 @pytest.fixture
 def messages(rng):
     return list(scans(rng))
-
-
-def replayed(tmp_path, messages, **options):
-    write_mcap(tmp_path / 'scans.mcap', messages)
-    return replay(tmp_path / 'scans.mcap', **options)
 
 
 def test_every_source_is_refined_towards_the_truth(tmp_path, messages):

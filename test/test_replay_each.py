@@ -4,6 +4,7 @@ import weakref
 import numpy as np
 import pytest
 from recordings import scans, transforms_of
+from replayed import replayed
 
 from idem_ros.core import Cloud, RegistrationConfig
 from idem_ros.evaluation.replay import replay, replay_each
@@ -14,11 +15,6 @@ from idem_ros.recording.writer import write_mcap
 @pytest.fixture
 def messages(rng):
     return list(scans(rng))
-
-
-def replayed(tmp_path, messages, **options):
-    write_mcap(tmp_path / 'scans.mcap', messages)
-    return replay(tmp_path / 'scans.mcap', **options)
 
 
 def test_several_methods_refine_the_same_pairs(tmp_path, messages):
