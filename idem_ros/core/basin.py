@@ -6,12 +6,12 @@ from idem_ros.core import se3
 from idem_ros.core.constraint import middle_and_arm, unit_motions
 from idem_ros.core.contrast import contrasts, sums_at_each
 
-SAMPLE = 128  # centres of each cloud, about
+SAMPLE = 64  # centres of each cloud, about
 # How likely a solve succeeds: logistic in the logarithm of the mean contrast, its slope and where
 # it is even; where the first stage ended, and where the last coarse one did.
 FIRST, LAST = (2.13, 0.0615), (3.96, 0.0963)
 LEAST = 0.01
-FARTHEST, PROBE = 6.0, 0.5  # of the radius
+FARTHEST, PROBE = 5.0, 0.5  # of the radius
 
 
 def credibility(joint, T_target_source, model):
@@ -55,8 +55,10 @@ def gauge(joint, T_target_source, T_guess):
     if way == 0.0:
         return 0.0
     places = np.arange(0.0, FARTHEST + PROBE, PROBE)
-    transforms = np.array([se3.exp(at / way * twist) @ T_target_source for at in places])
-    q, _ = sums_at_each(joint, transforms, _everywhere(joint), SAMPLE)
+    step, transforms = se3.exp(PROBE / way * twist), [T_target_source]
+    for _ in places[1:]:
+        transforms.append(step @ transforms[-1])
+    q, _ = sums_at_each(joint, np.array(transforms), _everywhere(joint), SAMPLE)
     return way / places[max(int(np.argmax(q)), 1)]
 
 

@@ -8,7 +8,7 @@ from idem_ros.core.grid import neighbours
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import entropy, into_frame, plus, rotated, unit_moments
 
-SAMPLE = 256  # centres of each cloud, about
+SAMPLE = 128  # centres of each cloud, about
 
 
 def contrasts(joint, T_target_source, motions, sample=SAMPLE):
@@ -23,11 +23,11 @@ def contrasts(joint, T_target_source, motions, sample=SAMPLE):
         sample: centres of each cloud that it is taken from, about.
     """
     T, pairs = T_target_source, joint.pairs_at(T_target_source)
-    steps = joint.radius * motions.T
-    places = np.array([T, *(se3.exp(sign * step) @ T for step in steps for sign in (-1, 1))])
+    there = [se3.exp(joint.radius * motion) for motion in motions.T]
+    places = np.array([T, *(step @ T for way in there for step in (way, se3.inverse(way)))])
     near = (np.flatnonzero(np.diff(side.first)) for side in pairs[:2])
     q, within = sums_at_each(joint, places, near, sample)
-    return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(2 * len(steps))
+    return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(2 * len(there))
 
 
 def sums_at_each(joint, transforms, chosen, sample=SAMPLE):

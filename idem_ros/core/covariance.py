@@ -14,7 +14,7 @@ from idem_ros.core.solver import LEAST_STIFFNESS
 
 # Edge of the cubes that err together: of the arm, and of the radius at least.
 REGION, LEAST_REGION = 0.45, 3.0
-PERIOD = 16  # regions along each axis, after which they repeat
+PERIOD = 8  # regions along each axis, after which they repeat
 SAMPLE = 256  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
@@ -89,22 +89,27 @@ def _by_region(joint, pairs, T, region, stride=1):
     """
     here, there = np.zeros((2, 1 if region is None else PERIOD**3, SUMS))
     back = se3.inverse(T)
-    at_home = joint.target.grid.points
-    _sum(joint, (joint.target, joint.source), pairs.of_target, T, at_home, region, stride, here)
-    moved = se3.transform_points(T, joint.source.grid.points)
-    _sum(joint, (joint.source, joint.target), pairs.of_source, back, moved, region, stride, there)
+    groups = _groups(joint, T, region)
+    _sum(joint, (joint.target, joint.source), pairs.of_target, T, groups[0], stride, here)
+    _sum(joint, (joint.source, joint.target), pairs.of_source, back, groups[1], stride, there)
     chosen = here.any(axis=1) | there.any(axis=1) | (region is None)
     to_source = se3.adjoint(back)
     (pulls, stiffness), (pulls_there, stiffness_there) = map(unpack, (here[chosen], there[chosen]))
     return pulls - pulls_there @ to_source, stiffness + to_source.T @ stiffness_there @ to_source
 
 
-def _sum(joint, clouds, candidates, T, places, region, stride, sums):
-    """Add each region's linearisation to its row; places: the centres in the target's frame."""
-    (centres, others), group = clouds, IN_ONE
-    if region is not None:
-        cell = np.floor(places / region).astype(np.int64) % PERIOD
-        group = cell @ (1, PERIOD, PERIOD**2)
+def _groups(joint, T, region):
+    """Return the number of each centre's region, of the target's and of the source's."""
+    if region is None:
+        return IN_ONE, IN_ONE
+    places = joint.target.grid.points, se3.transform_points(T, joint.source.grid.points)
+    cells = (np.floor(at / region).astype(np.int64) % PERIOD for at in places)
+    return [cell @ (1, PERIOD, PERIOD**2) for cell in cells]
+
+
+def _sum(joint, clouds, candidates, T, group, stride, sums):
+    """Add the linearisation around every stride-th centre to the row of its group."""
+    centres, others = clouds
     R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
     around = (others.grid.points, others.raw, *candidates, R, t)
     size = (joint.r2, joint.scale, joint.noise, joint.slide)
