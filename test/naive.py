@@ -113,3 +113,12 @@ def plane_of(members):
     if not 4.0 * np.prod(spread) * spread.sum() < minors**2:
         return None
     return members.mean(axis=0), axes[:, 0]
+
+
+def distances(target, source):
+    """RMSE both ways, Chamfer and Hausdorff of two clouds."""
+    of_target = [min(np.linalg.norm(p - q) for q in source) for p in target]
+    of_source = [min(np.linalg.norm(p - q) for q in target) for p in source]
+    rmse = [math.sqrt(sum(d * d for d in each) / len(each)) for each in (of_target, of_source)]
+    chamfer = sum(of_target) / len(of_target) + sum(of_source) / len(of_source)
+    return *rmse, chamfer, max(*of_target, *of_source)

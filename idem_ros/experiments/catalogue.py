@@ -1,18 +1,25 @@
 """Every experiment by name, and the run that goes on where an earlier one was interrupted."""
 
-import hashlib
 import json
 
 from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
-from idem_ros.experiments import table1
-from idem_ros.experiments.experiment import Experiment
+from idem_ros.experiments import six_dof, table1, table2, verdict
+from idem_ros.experiments.experiment import Experiment, settings_of
 from idem_ros.experiments.figures import FIGURES
 
 # To add one: write `run(context)` in a module of this folder and add its record here.
 EXPERIMENTS = (
     Experiment('table1', 'Sensitivity to Gaussian noise (table 1, figure 19)', table1.run),
+    Experiment('table2', 'The error of every metric in 20 cases (table 2)', table2.run),
     *FIGURES,
+    Experiment('six_dof', 'Beyond the paper: table 2 in six degrees of freedom', six_dof.run),
+    Experiment(
+        'six_dof_independent',
+        'Beyond the paper: the same of two independent samplings',
+        six_dof.run_independent,
+    ),
+    Experiment('verdict', 'The models that judge results, trained again', verdict.run),
 )
 
 
@@ -44,7 +51,7 @@ def run_or_keep(experiment, context):
         (paths, ran): the outputs, and whether they were made now.
     """
     stamp = context.out / f'{experiment.name}.done.json'
-    settings = _settings(experiment, context)
+    settings = {'experiment': experiment.name, **settings_of(context)}
     files = _files_of(stamp, settings)
     if files and all((context.out / name).is_file() for name in files):
         return [context.out / name for name in files], False
@@ -54,17 +61,6 @@ def run_or_keep(experiment, context):
     with replacing(stamp) as temporary:
         temporary.write_text(json.dumps(record, indent=1) + '\n')
     return paths, True
-
-
-def _settings(experiment, context):
-    model = hashlib.sha256(context.model.points.tobytes())
-    model.update(context.model.faces.tobytes())
-    return {
-        'experiment': experiment.name,
-        'seed': context.seed,
-        'quick': context.quick,
-        'model': f'{context.model.name} {model.hexdigest()[:16]}',
-    }
 
 
 def _files_of(stamp, settings):

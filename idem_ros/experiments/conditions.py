@@ -85,7 +85,7 @@ def _holes(model, rng, points_per_seed):
 
 
 def _partial(model, rng, _):
-    return 'partial 1 with partial 2', *_cropped(model.points, model.points, PARTIAL)
+    return 'partial 1 with partial 2', *cropped(model.points, model.points, PARTIAL)
 
 
 def _remeshed(model, rng, _):
@@ -96,18 +96,18 @@ def _remeshed(model, rng, _):
 def _partial_remeshed(model, rng, _):
     points, how = remeshed(model, _rounded(REMESHED_PART / REMESHED_SHARE), rng)
     kept = PARTIAL[0], REMESHED_PART
-    return f'partial 1 with remeshed partial: {how}', *_cropped(model.points, points, kept)
+    return f'partial 1 with remeshed partial: {how}', *cropped(model.points, points, kept)
 
 
 def _stairs(model, rng, _):
     """Two random choices from one scan, then cropped: many points are common to both."""
     scan = stairs_scan(rng, STAIRS)
     chosen = (scan[rng.choice(STAIRS, count, replace=False)] for count in DOWNSAMPLED)
-    cropped = _cropped(*chosen, STAIRS_PARTIAL)
-    return 'LiDAR stairs (simulated), partial 1 with partial 2', *cropped, 'm'
+    pair = cropped(*chosen, STAIRS_PARTIAL)
+    return 'LiDAR stairs (simulated), partial 1 with partial 2', *pair, 'm'
 
 
-def _cropped(one, other, counts):
+def cropped(one, other, counts):
     """Keep counts[0] points of the one from its low end along x, counts[1] from the other's."""
     low = np.argsort(one[:, 0], kind='stable')[: counts[0]]
     high = np.argsort(-other[:, 0], kind='stable')[: counts[1]]

@@ -1,6 +1,7 @@
 """What an experiment is, what it is given, and how its outputs are written: complete or not."""
 
 import csv
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,6 +47,17 @@ class Experiment:
     name: str
     title: str
     run: Callable[[Context], list[Path]]
+
+
+def settings_of(context):
+    """Return what the outputs of a `Context` depend on, as JSON holds it."""
+    model = hashlib.sha256(context.model.points.tobytes())
+    model.update(context.model.faces.tobytes())
+    return {
+        'seed': context.seed,
+        'quick': context.quick,
+        'model': f'{context.model.name} {model.hexdigest()[:16]}',
+    }
 
 
 def write_csv(path, header, rows):

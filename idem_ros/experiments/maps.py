@@ -72,10 +72,15 @@ def landscape_of(case, threads=1, radius=None):
     return Landscape(case.target, case.source, radius, 'none', threads)
 
 
+def count_in_common(case):
+    """Return how many of the source's points are points of the target."""
+    near, _ = cKDTree(case.target).query(case.source, distance_upper_bound=SAME)
+    return int(np.isfinite(near).sum())
+
+
 def points_in_common(case):
     """Return a sentence that says how many of the source's points are points of the target."""
-    near, _ = cKDTree(case.target).query(case.source, distance_upper_bound=SAME)
-    count = int(np.isfinite(near).sum())
+    count = count_in_common(case)
     return f"{count} of the source's {len(case.source)} points are points of the target, too."
 
 

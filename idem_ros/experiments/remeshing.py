@@ -21,11 +21,11 @@ def remeshed(model, count, rng):
         return points[np.sort(rng.choice(len(points), count, replace=False))], how
     if len(model.faces):
         return (
-            farthest_points(_dense_samples(model, SAMPLES * count, rng), count, rng),
+            farthest_points(surface_samples(model, SAMPLES * count, rng), count, rng),
             'farthest points of dense samples of the triangles, for want of pymeshlab',
         )
     return (
-        farthest_points(_midpoints(model.vertices), count, rng),
+        farthest_points(midpoints(model.vertices), count, rng),
         'farthest points of the midpoints between neighbours: the model has no triangles',
     )
 
@@ -78,7 +78,8 @@ def _remesh_at(pymeshlab, model, length):
     return meshes.current_mesh().vertex_matrix()
 
 
-def _dense_samples(model, count, rng):
+def surface_samples(model, count, rng):
+    """Return (count, 3) points of the model's triangles, evenly likely per area."""
     a, b, c = (model.vertices[model.faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     face = rng.choice(len(area), count, p=area / area.sum())
@@ -88,7 +89,8 @@ def _dense_samples(model, count, rng):
     return a[face] + u * (b - a)[face] + v * (c - a)[face]
 
 
-def _midpoints(vertices):
+def midpoints(vertices):
+    """Return (K, 3) midpoints between neighbouring vertices, none twice."""
     from scipy.spatial import cKDTree
 
     _, near = cKDTree(vertices).query(vertices, NEIGHBOURS + 1)

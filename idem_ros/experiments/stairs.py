@@ -16,13 +16,15 @@ SCANNER = Lidar(
 REACH = (14.0, 10.0)  # kept to either side of the middle in x and y [m]
 
 
-def stairs_scan(rng, count):
+def stairs_scan(rng, count, moved=0.0):
     """Return (count, 3) points of a terrestrial scan from four stations, registered [m].
 
-    The frame's z is up; the stairs climb along x in front of a wall.
+    The frame's z is up; the stairs climb along x in front of a wall. The stations are moved by
+    a length along x and y [m]: another scan of the same stairs, by other rays.
     """
     scene = stairs()
-    points = np.concatenate([_from_station(scene, x, y, rng) for x, y in STATIONS])
+    stations = np.add(STATIONS, moved)
+    points = np.concatenate([_from_station(scene, x, y, rng) for x, y in stations])
     points = points[(np.abs(points[:, :2]) <= REACH).all(axis=1)]
     return points[np.sort(rng.choice(len(points), count, replace=False))]
 
