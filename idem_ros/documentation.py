@@ -18,6 +18,7 @@ from idem_ros.parameters import default_of, description_of, parameter_name
 
 FIGURES = 'docs/figures.md'
 ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'
+TRUST = 'docs/bench_trust.md'
 BEGIN, END = '<!-- {name}: written by `make docs` -->', '<!-- end of {name} -->'
 
 
@@ -31,6 +32,7 @@ def blocks(folder):
         'figures': _lines_of(folder / FIGURES, ('|',)),
         'accuracy': _lines_of(folder / ACCURACY, ('-', '  -')),
         'speed': _lines_of(folder / SPEED, ('|',)),
+        'trust': _lines_of(folder / TRUST, ('|',)),
         'topics': _topics(),
         'parameters': _parameters(),
     }
