@@ -7,6 +7,7 @@ from setuptools import find_packages, setup
 PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
+EXPERIMENTS = ['matplotlib', 'pymeshlab']
 TEST = ['pytest', 'hypothesis', 'ruff==0.17.6', 'evo']
 CLUSTER = ['distributed']
 BENCH = ['small_gicp', 'psutil']
@@ -33,7 +34,14 @@ setup(
         'pyyaml',
         'tqdm',
     ],
-    extras_require={'ros': ROS, 'plot': PLOT, 'bench': BENCH, 'cluster': CLUSTER, 'test': TEST},
+    extras_require={
+        'ros': ROS,
+        'plot': PLOT,
+        'experiments': EXPERIMENTS,
+        'bench': BENCH,
+        'cluster': CLUSTER,
+        'test': TEST,
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
