@@ -29,6 +29,7 @@ from idem_ros.core.moments import (
 LEAST_STRENGTH = 0.005
 CHANCE = 3.0  # standard errors
 NOISE = 2.0  # variances of a normal
+LEAST_BALLS = 100  # fewer may happen to lie in one plane
 SAMPLE = 1024  # centres of each cloud, about
 LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
 FLAT = 4.0  # least second variance of a surface over its first
@@ -49,7 +50,9 @@ class Hold(NamedTuple):
 
     @property
     def free(self):
-        """(6,) bool: the motions that nothing holds but chance or noise."""
+        """(6,) bool: the motions that nothing holds but chance or noise, as far as balls tell."""
+        if self.balls < LEAST_BALLS:
+            return np.zeros(6, bool)
         by_chance = (self.strength < CHANCE * self.error) | (self.strength < NOISE * self.noise)
         return by_chance & (self.strength + CHANCE * self.error < LEAST_STRENGTH)
 
