@@ -102,9 +102,16 @@ def _groups(joint, T, region):
     """Return the number of each centre's region, of the target's and of the source's."""
     if region is None:
         return IN_ONE, IN_ONE
-    places = joint.target.grid.points, se3.transform_points(T, joint.source.grid.points)
-    cells = (np.floor(at / region).astype(np.int64) % PERIOD for at in places)
-    return [cell @ (1, PERIOD, PERIOD**2) for cell in cells]
+    return _group(joint.target, np.eye(4), region), _group(joint.source, T, region)
+
+
+def _group(centres, T, region):
+    # axis by axis: all three at once would be the most memory of a registration
+    group = np.zeros(len(centres.order), np.int64)
+    for axis in range(3):
+        place = centres.grid.points @ T[axis, :3] + T[axis, 3]
+        group += PERIOD**axis * (np.floor(place / region).astype(np.int64) % PERIOD)
+    return group
 
 
 def _sum(joint, clouds, candidates, T, group, stride, sums):

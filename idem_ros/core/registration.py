@@ -38,7 +38,7 @@ class RegistrationResult:
     information: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     # (k, 6), likewise: motions that no surface holds
     free_motions: np.ndarray = field(default_factory=lambda: np.empty((0, 6)))
-    # how likely the solve succeeded, 0 to 1, by its coarse stages; nan for a single stage
+    # how likely the solve succeeded, 0 to 1, by its coarse stages; nan: not asked for
     credibility: float = float('nan')
     assessment: Assessment | None = None  # None where it was not asked for
 

@@ -48,7 +48,7 @@ class Descent(NamedTuple):
     iterations: int
     is_late: bool  # the budget was spent before it converged
     first: JointEntropy  # of the first stage
-    credibility: float  # of the valley that the coarse stages ended in; nan for a single stage
+    credibility: float  # of the valley that the coarse stages ended in; nan: not asked for
 
 
 def prepare(target, source, config, ours=(False, False)):
@@ -109,12 +109,13 @@ def _through(prepared, stages, T, motions):
     if coarse:
         joint, solution, iterations = _first(prepared, coarse[0], T, motions)
         T = solution.transform
-    first = joint
+    said = prepared.config.assessment != 'none'
+    first = joint if said else None  # or its neighbourhoods would last as long as the solve
     for stage in coarse[1:]:
         if perf_counter() < prepared.deadline:
             joint, solution = _minimized(prepared, stage, T, motions)
             T, iterations = solution.transform, iterations + solution.iterations
-    if coarse:
+    if coarse and said:
         belief = credibility(joint, T, LAST)
     joint, solution = _minimized(prepared, last, T, motions, last=True)
     is_late = perf_counter() > prepared.deadline and not solution.converged
