@@ -113,10 +113,12 @@ def _through(prepared, stages, T, motions):
     first = joint if said else None  # or its neighbourhoods would last as long as the solve
     for stage in coarse[1:]:
         if perf_counter() < prepared.deadline:
+            joint = None  # let go of before the next is made: it is a third of its size
             joint, solution = _minimized(prepared, stage, T, motions)
             T, iterations = solution.transform, iterations + solution.iterations
     if coarse and said:
         belief = credibility(joint, T, LAST)
+    joint = None
     joint, solution = _minimized(prepared, last, T, motions, last=True)
     is_late = perf_counter() > prepared.deadline and not solution.converged
     iterations += solution.iterations
