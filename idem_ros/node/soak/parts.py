@@ -27,9 +27,9 @@ FIRST_MINUTE = 60.0  # [s]
 AVERAGED = 10  # samples, one a second
 LATENCY_MS, OVERLOAD_LATENCY_MS = 100.0, 300.0
 GROWTH_PERCENT = 2.0
-# Fast DDS takes 0.5 to 3.2 s (measured) until a player has found the node in a killed one's place,
-# with or without the profile; the node answers the first source that it receives
-RESTART_S = 5.0
+# At once. Fast DDS takes 0.5 to 3.2 s (measured) until a player has found the node in a killed
+# one's place, with or without the profile; the node answers the first source that it receives.
+RESTART_S = 1.0
 COUNTS = ('received', 'answered', 'refused', 'dropped')
 PLAYER_SLACK = START_PATIENCE + 60.0  # [s] a player takes longer than it plays, at most
 
