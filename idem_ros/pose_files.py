@@ -54,8 +54,8 @@ def write_pose(path, transform):
 
 def write_tum(path, stamps, transforms):
     """Write (4, 4) transforms as TUM lines; stamps in nanoseconds."""
-    with replacing(path) as temporary:
-        temporary.write_text(''.join(map(tum_line, stamps, transforms)))
+    with replacing(path) as temporary, temporary.open('w') as stream:
+        stream.writelines(map(tum_line, stamps, transforms))
 
 
 def tum_line(stamp, transform):

@@ -5,6 +5,7 @@ import json
 import numpy as np
 from recordings import scans
 
+from idem_ros.evaluation.record_text import record_text
 from idem_ros.evaluation.replay import replay
 from idem_ros.evaluation.summary import json_record
 from idem_ros.recording.writer import write_mcap
@@ -20,8 +21,9 @@ def write_replayed(folder, n=4, name='result', truth=True):
     """Write scans.mcap and a result of its n frames into a folder; return the result's path."""
     rng = np.random.default_rng(0)
     messages = [each for each in scans(rng, n) if truth or each[0] != '/ground_truth']
-    record = json_record(replayed(folder, messages))
-    return write_record(folder / f'{name}.json', record)
+    path = folder / f'{name}.json'
+    path.write_text(''.join(record_text(json_record(replayed(folder, messages)))))
+    return path
 
 
 def write_record(path, record):

@@ -1,5 +1,7 @@
 import hashlib
 import json
+import os
+import tempfile
 
 import numpy as np
 import pytest
@@ -203,3 +205,40 @@ def test_a_guess_that_the_recording_lacks_is_an_error_of_one_line(folder, capsys
     error = capsys.readouterr().err
     assert error.startswith('idem: error: scans.mcap has no Odometry topic left')
     assert error.count('\n') == 1
+
+
+@pytest.mark.parametrize('end', ['success', 'error', 'interrupt'])
+def test_no_temporary_file_is_left_however_it_ends(folder, monkeypatch, capsys, end):
+    from idem_ros.commands import replay
+
+    def ending(messages, total):
+        for i, message in enumerate(messages):
+            if i == 8 and end == 'error':
+                raise OSError('the cable is out')
+            if i == 8 and end == 'interrupt':
+                raise KeyboardInterrupt
+            yield message
+
+    (folder / 'temporary').mkdir()
+    monkeypatch.setattr(tempfile, 'tempdir', str(folder / 'temporary'))
+    monkeypatch.setattr(replay, '_progress', ending)
+    argv = ['replay', 'scans.mcap', '--json', 'out.json', '--out', 'out.mcap', '--tum', 'out.tum']
+    assert main(argv) == {'success': 0, 'error': 1, 'interrupt': 130}[end]
+    written = [] if end == 'error' else ['out.json', 'out.mcap', 'out.tum']
+    left = sorted(str(path.relative_to(folder)) for path in folder.rglob('*'))
+    assert left == [*written, 'scans.mcap', 'temporary']
+    frames = {'success': 3, 'interrupt': 2}.get(end)
+    assert not frames or len(json.loads((folder / 'out.json').read_text())['frames']) == frames
+
+
+def test_a_full_disk_is_one_line_and_keeps_what_stood_there(folder, monkeypatch, capsys):
+    (folder / 'out.json').write_text('old')
+
+    def full(*_):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(os, 'pwrite', full)
+    assert main(['replay', 'scans.mcap', '--json', 'out.json']) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f'idem: error: cannot write what is found to {tempfile.gettempdir()}')
+    assert (folder / 'out.json').read_text() == 'old'

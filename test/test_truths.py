@@ -7,12 +7,30 @@ from idem_ros.recording.messages import transform_message
 
 def test_a_truth_is_of_its_stamp_and_of_its_frames(rng):
     truths, pose = Truths(), motion(rng, 10.0, 1.0)
-    assert truths.add(transform_message(pose, 5, 'map', 'lidar')) == 5
+    truths.add(transform_message(pose, 5, 'map', 'lidar'))
     np.testing.assert_allclose(truths.at(5, 'map', 'lidar'), pose, atol=1e-12)
     np.testing.assert_allclose(truths.at(5, '', ''), pose, atol=1e-12)
     assert truths.at(6, 'map', 'lidar') is None
     assert truths.notes == []
-    assert (5 in truths, 6 in truths) == (True, False)
+
+
+def test_of_one_stamp_the_last_counts(rng):
+    truths, poses = Truths(), [motion(rng, 10.0, 1.0) for _ in range(3)]
+    for stamp, pose in zip((7, 5, 7), poses, strict=True):
+        truths.add(transform_message(pose, stamp, 'map', 'lidar'))
+    np.testing.assert_allclose(truths.at(7, 'map', 'lidar'), poses[2], atol=1e-12)
+    truths.add(transform_message(poses[0], 7, 'map', 'lidar'))
+    np.testing.assert_allclose(truths.at(7, 'map', 'lidar'), poses[0], atol=1e-12)
+    assert truths.trajectory('lidar').stamps.tolist() == [5, 7]
+
+
+def test_they_say_whether_all_that_are_waited_for_came():
+    truths = Truths()
+    for stamp in (2, 3):
+        truths.add(transform_message(np.eye(4), stamp, 'map', 'lidar'))
+        assert not truths.came_for([4, 2])
+    truths.add(transform_message(np.eye(4), 4, 'map', 'lidar'))
+    assert truths.came_for([4, 2])
 
 
 def test_why_one_is_not_believed_is_noted_once(rng):

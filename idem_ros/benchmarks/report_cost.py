@@ -9,6 +9,7 @@ import numpy as np
 
 from idem_ros.benchmarks.goal import Goal
 from idem_ros.core import RegistrationConfig
+from idem_ros.evaluation.record_text import record_text
 from idem_ros.evaluation.replay import replay
 from idem_ros.evaluation.report import write_report
 from idem_ros.evaluation.summary import json_record
@@ -31,7 +32,8 @@ def measure(bag, frames=FRAMES):
     """
     with TemporaryDirectory() as folder:
         result, report = Path(folder) / 'result.json', Path(folder) / 'report'
-        result.write_text(json.dumps(repeated(json_record(replay(bag, CONFIG)), frames)))
+        record = json.loads(''.join(record_text(json_record(replay(bag, CONFIG)))))
+        result.write_text(json.dumps(repeated(record, frames)))
         start = perf_counter()
         page = write_report([result], report)
         seconds = perf_counter() - start

@@ -3,6 +3,7 @@
 import argparse
 import sys
 from dataclasses import replace
+from itertools import islice
 
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.options import add_topic_options, topics_from
@@ -116,7 +117,7 @@ def _again(args):
     code, (replayed,) = _written(args, bag, [settings], topics)
     repeated = json_record(replayed)['frames']
     if result.record['summary'].get('interrupted'):
-        repeated = repeated[: len(result.frames)]
+        repeated = islice(repeated, len(result.frames))
     found = again.agreement(result.frames, repeated)
     stream = sys.stderr if args.json == '-' else sys.stdout
     for name, version in versions(settings.method).items():

@@ -1,6 +1,8 @@
 """The files that `idem replay` writes: checked before the work, written after it."""
 
+from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import NamedTuple
 
 from idem_ros.commands.exit_codes import UsageError
@@ -53,9 +55,8 @@ def write_outputs(outputs, replayed, settings, input_):
         settings: `Settings` that it was made with.
         input_: the recording's `fingerprint`; None where neither JSON nor MCAP is asked for.
     """
-    import json
-
     from idem_ros.evaluation.provenance import as_metadata, made_by
+    from idem_ros.evaluation.record_text import record_text
     from idem_ros.evaluation.summary import json_record
     from idem_ros.recording.results import write_result
 
@@ -64,11 +65,12 @@ def write_outputs(outputs, replayed, settings, input_):
     if not (outputs.json or outputs.out):
         return
     made = made_by(settings, replayed.topics, input_)
-    text = json.dumps(json_record(replayed, made), indent=1, allow_nan=False) + '\n'
-    if outputs.out:
-        write_result(outputs.out, replayed.frames, as_metadata(made), text.encode())
-    if outputs.json:
-        _write_text(outputs.json, text)
+    with TemporaryFile() as text:
+        text.writelines(map(str.encode, record_text(json_record(replayed, made))))
+        if outputs.out:
+            write_result(outputs.out, replayed.frames, as_metadata(made), text)
+        if outputs.json:
+            _copy(text, outputs.json)
 
 
 def _of_method(given, method):
@@ -97,18 +99,26 @@ def _write_tum(file, replayed):
 
     from idem_ros.pose_files import write_tum
 
-    refinements = [frame.refinement for frame in replayed.frames]
-    poses = [(each.stamp, each.result.T_target_source) for each in refinements]
+    def refinements():
+        return (frame.refinement for frame in replayed.frames)
+
+    stamps = (each.stamp for each in refinements())
+    poses = (each.result.T_target_source for each in refinements())
     if replayed.sequence:
-        poses.insert(0, (replayed.sequence.first_stamp, np.eye(4)))
-    write_tum(file, [stamp for stamp, _ in poses], [pose for _, pose in poses])
+        stamps = chain([replayed.sequence.first_stamp], stamps)
+        poses = chain([np.eye(4)], poses)
+    write_tum(file, stamps, poses)
 
 
-def _write_text(file, text):
+def _copy(text, file):
+    import shutil
+    import sys
+
     from idem_ros.atomic_file import replacing
 
+    text.seek(0)
     if file == '-':
-        print(text, end='')
+        sys.stdout.writelines(line.decode() for line in text)
         return
-    with replacing(file) as temporary:
-        temporary.write_text(text)
+    with replacing(file) as temporary, temporary.open('wb') as stream:
+        shutil.copyfileobj(text, stream)

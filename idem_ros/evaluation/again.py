@@ -1,6 +1,7 @@
 """Repeat a replay from what its result says of itself, and compare the two bit for bit."""
 
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -86,27 +87,24 @@ def agreement(recorded, repeated):
     """Compare the frames of two results in their order: transform, q_tot and status, every bit.
 
     Args:
-        recorded, repeated: frames as `summary.json_record` has them.
+        recorded, repeated: iterables of frames as `summary.json_record` has them.
 
     Returns:
         `Agreement`
     """
-    count = max(len(recorded), len(repeated))
-    differences = [
-        difference
-        for i in range(count)
-        if (difference := _difference(i, recorded[i : i + 1], repeated[i : i + 1]))
-    ]
-    return Agreement(count - len(differences), count, differences[0] if differences else '')
+    count, agreeing, first = 0, 0, ''
+    for count, (then, now) in enumerate(zip_longest(recorded, repeated), start=1):
+        difference = _difference(count - 1, then, now)
+        agreeing += not difference
+        first = first or difference
+    return Agreement(agreeing, count, first)
 
 
-def _difference(i, recorded, repeated):
+def _difference(i, then, now):
     """Say what of a frame differs; empty where nothing does."""
-    if not (recorded and repeated):
-        only = 'recorded' if recorded else 'repeated'
-        (frame,) = recorded or repeated
-        return f'frame {i} (stamp {_seconds(frame)}) is in the {only} result only'
-    (then,), (now,) = recorded, repeated
+    if then is None or now is None:
+        only = 'recorded' if then else 'repeated'
+        return f'frame {i} (stamp {_seconds(then or now)}) is in the {only} result only'
     # as text: 0.0 == -0.0
     differing = [name for name in COMPARED if repr(then.get(name)) != repr(now[name])]
     if not differing:

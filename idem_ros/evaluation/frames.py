@@ -1,5 +1,6 @@
 """What became of a recording: numbers of each frame, no messages and no clouds."""
 
+from collections.abc import Sequence as Records
 from dataclasses import dataclass
 
 from numpy.typing import NDArray
@@ -63,8 +64,9 @@ class Replay:
 
     path: str
     topics: Topics
-    frames: tuple[Frame, ...]
-    refused: tuple[Refusal, ...]
+    frames: Records[Frame]
+    """On disk, see `Spool`; so are the refused."""
+    refused: Records[Refusal]
     """Sources with a reason why they were not refined."""
     dropped: int
     """Sources that waited for a target or a guess until newer ones took their place."""

@@ -1,6 +1,5 @@
 """One of many recordings, from its file to what is known of it: run wherever a worker runs."""
 
-import json
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
@@ -43,6 +42,7 @@ def evaluated(task, progress=lambda messages, total: messages):
         `Outcome`; what is wrong with a recording is in it, not raised.
     """
     from idem_ros.evaluation.provenance import made_by
+    from idem_ros.evaluation.record_text import record_text
     from idem_ros.evaluation.run import run_each
     from idem_ros.evaluation.summary import json_record, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
@@ -60,14 +60,9 @@ def evaluated(task, progress=lambda messages, total: messages):
     if not replayed.frames:
         return Outcome(task.path, reason=why_nothing(replayed))
     record = json_record(replayed, made_by(task.settings, replayed.topics, input_))
-    return Outcome(task.path, json_text(record), identity=key)
+    return Outcome(task.path, ''.join(record_text(record)), identity=key)
 
 
 def identity(input_):
     """Return what tells a recording from all others, of its `fingerprint`, as one text."""
     return f'{input_["name"]} {input_["size"]} {input_["sha256"]}'
-
-
-def json_text(record):
-    """Return a record as the text of a JSON file."""
-    return json.dumps(record, indent=1, allow_nan=False) + '\n'

@@ -1,7 +1,9 @@
 """Refine every pair of a recording, in log order, by the path that the live node takes."""
 
+from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from idem_ros.evaluation.frames import Frame, Replay
 from idem_ros.evaluation.peers import method_of
 from idem_ros.evaluation.selection import Selection
 from idem_ros.evaluation.settings import Settings
+from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
 from idem_ros.guesses import STREAMED, GuessConfig
 from idem_ros.pairing import Pairing, PairingConfig, Refusal
@@ -132,7 +135,7 @@ class _Lane:
         method = method_of(settings)
         self.refiner = Refiner(settings.config, True, settings.preprocessing, method)
         self.method = settings.method
-        self.results, self.refused = [], []
+        self.results, self.refused = Spool(), Spool()
 
     def outcome(self, pair):
         try:
@@ -156,9 +159,9 @@ class _Pass:
     pairing: Pairing
     selection: Selection
     truths: Truths = field(default_factory=Truths)
-    refused: list = field(default_factory=list)
-    awaited: set = field(default_factory=set)
-    """Stamps of sources whose truth has not come."""
+    refused: Spool = field(default_factory=Spool)
+    stamps: array = field(default_factory=lambda: array('q'))
+    """Of the sources that were paired [ns]."""
 
     def __post_init__(self):
         self.inputs = _inputs(self.pairing, self.topics)
@@ -177,22 +180,22 @@ class _Pass:
     def _is_complete(self, log_time):
         if not self.selection.is_over(log_time) or self.pairing.waiting:
             return False
-        return not (self.topics.truth and self.awaited)
+        return not self.topics.truth or self.truths.came_for(self.stamps)
 
     def _add(self, topic, log_time, message):
         if topic == self.topics.truth:
-            self.awaited.discard(self.truths.add(message))
+            self.truths.add(message)
             return
         if topic == self.topics.source and not self.selection.takes(log_time):
             return
         for pair in self.inputs[topic](message):
             # all of them first: after an interruption each lane has the same pairs
             outcomes = [lane.outcome(pair) for lane in self.lanes]
-            if pair.stamp not in self.truths:
-                self.awaited.add(pair.stamp)
+            self.stamps.append(pair.stamp)
             for lane, outcome in zip(self.lanes, outcomes, strict=True):
                 lane.keep(log_time, outcome)
-        self.refused.extend(self.pairing.take_refusals())
+        for refusal in self.pairing.take_refusals():
+            self.refused.append(refusal)
 
     def finished(self, path, warnings, interrupted):
         replays = [self._finished(lane, path, interrupted) for lane in self.lanes]
@@ -203,8 +206,8 @@ class _Pass:
         return Replay(
             path=path,
             topics=self.topics,
-            frames=tuple(self._frame(*result) for result in lane.results),
-            refused=(*self.refused, *lane.refused),
+            frames=Spool(self._frame(*result) for result in lane.results),
+            refused=Spool(chain(self.refused, lane.refused)),
             dropped=self.pairing.dropped,
             unpaired=self.pairing.waiting,
             unpaired_for=self.pairing.waiting_for() if self.pairing.waiting else '',

@@ -13,14 +13,16 @@ from idem_ros.evaluation.frames import Frame, Replay, Sequence
 from idem_ros.evaluation.peers import method_of
 from idem_ros.evaluation.replay import Progress, silent
 from idem_ros.evaluation.selection import Selection
-from idem_ros.evaluation.sequence_errors import errors_of, truth_in
+from idem_ros.evaluation.sequence_errors import errors_of, tie_of
 from idem_ros.evaluation.settings import SCAN
+from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
 from idem_ros.pairing import Refusal
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import Topics, find_topic
 from idem_ros.refinement import PreparedCloud, Refinement, prepared, q_tot_at
+from idem_ros.trajectory_files import Trajectory
 from idem_ros.transform_message import stamp_ns
 
 ODOM = 'odom'
@@ -101,7 +103,7 @@ class _Odometry:
     def __init__(self, settings):
         self.settings = settings
         self.method = method_of(settings)
-        self.results = []
+        self.results = Spool()
         self._T_odom_last = np.eye(4)
         self._step = np.eye(4)  # from the scan before the last one to the last one
         self._stamps = deque(maxlen=2)
@@ -174,7 +176,7 @@ class _Pass:
     lanes: list[_Odometry]
     selection: Selection
     truths: Truths = field(default_factory=Truths)
-    refused: list = field(default_factory=list)
+    refused: Spool = field(default_factory=Spool)
     first: tuple | None = None
     """(stamp, frame) of the first scan."""
     last: int | None = None
@@ -194,7 +196,8 @@ class _Pass:
         return False
 
     def _has_truth(self):
-        return not self.topics.truth or self.last is None or self.last in self.truths
+        last = [] if self.last is None else [self.last]
+        return not self.topics.truth or self.truths.came_for(last)
 
     def _register(self, log_time, message):
         stamp = stamp_ns(message)
@@ -229,15 +232,14 @@ class _Pass:
 
     def _finished(self, lane, path, interrupted):
         stamp, frame = self.first or (0, '')
-        poses = {stamp: np.eye(4)} if self.first else {}
-        poses |= {r.stamp: r.result.T_target_source for _, r in lane.results}
-        truth = truth_in(self.truths, poses, frame)
-        errors, note = errors_of(self.truths.trajectory(frame), poses)
+        estimate = self._trajectory(lane)
+        T_odom_map = tie_of(self.truths, estimate, frame)
+        errors, note = errors_of(self.truths.trajectory(frame), estimate)
         return Replay(
             path=path,
             topics=self.topics,
-            frames=tuple(Frame(log, r, truth.get(r.stamp)) for log, r in lane.results),
-            refused=tuple(self.refused),
+            frames=Spool(self._frame(*result, T_odom_map) for result in lane.results),
+            refused=self.refused,
             dropped=0,
             unpaired=0,
             unpaired_for='',
@@ -246,3 +248,16 @@ class _Pass:
             interrupted=interrupted,
             sequence=Sequence(lane.settings.sequence, stamp, errors),
         )
+
+    def _trajectory(self, lane):
+        count = len(lane.results) + bool(self.first)
+        poses, stamps = np.empty((count, 4, 4)), np.empty(count, dtype=np.int64)
+        if self.first:
+            poses[0], stamps[0] = np.eye(4), self.first[0]
+        for i, (_, refinement) in enumerate(lane.results, start=1):
+            poses[i], stamps[i] = refinement.result.T_target_source, refinement.stamp
+        return Trajectory(poses, stamps)
+
+    def _frame(self, log_time, refinement, T_odom_map):
+        truth = self.truths.at(refinement.stamp, '', self.first[1])
+        return Frame(log_time, refinement, None if truth is None else T_odom_map @ truth)

@@ -9,6 +9,12 @@ from idem_ros.diagnostics import assessment_record
 from idem_ros.evaluation.trajectory_report import report
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
+LEFT_OUT = {
+    'dropped_nonfinite': 'because they are not finite',
+    'dropped_zero': 'because they are exactly zero',
+    'cropped': 'by range or crop box',
+    'thinned': 'for max_points',
+}
 REASONS_SHOWN = 5
 
 
@@ -20,14 +26,15 @@ def json_record(replayed, made_by=None):
         made_by: how it was made, see `provenance.made_by`; None: it is not said.
 
     Returns:
-        {'bag', 'method', 'made_by', 'frames', 'summary', 'notes', and of odometry 'sequence'}
+        {'bag', 'method', 'made_by', 'frames', 'summary', 'notes', and of odometry 'sequence'};
+        the frames are an iterator, see `record_text`
     """
     sequence = replayed.sequence
     return {
         'bag': replayed.path,
         'method': replayed.method,
         **({} if made_by is None else {'made_by': made_by}),
-        'frames': [_frame_record(frame) for frame in replayed.frames],
+        'frames': map(_frame_record, replayed.frames),
         'summary': summary(replayed),
         'notes': list(replayed.notes),
         **({} if sequence is None else {'sequence': asdict(sequence)}),
@@ -36,25 +43,21 @@ def json_record(replayed, made_by=None):
 
 def summary(replayed):
     """Return median and 90th percentile of the errors and of q_tot, and the milliseconds."""
-    frames = replayed.frames
+    numbers = _numbers(replayed.frames)
     result = {
-        'frames': len(frames),
+        'frames': len(replayed.frames),
         'refused': len(replayed.refused),
         'dropped': replayed.dropped,
         'unpaired': replayed.unpaired,
         'interrupted': replayed.interrupted,
-        'time_ms': _percentiles([f.refinement.time_ms for f in frames], median=50, p95=95),
-        'q_tot': _before_and_after(
-            [f.refinement.q_tot_before for f in frames],
-            [f.refinement.result.q_tot for f in frames],
-        ),
+        'time_ms': _percentiles(numbers[0], median=50, p95=95),
     }
-    with_truth = [frame for frame in frames if frame.truth is not None]
-    for key, attribute in ERRORS.items():
-        result[key] = _before_and_after(
-            [getattr(frame.error_before(), attribute) for frame in with_truth],
-            [getattr(frame.error_after(), attribute) for frame in with_truth],
-        )
+    for i, key in enumerate(('q_tot', *ERRORS)):
+        before, after = numbers[2 * i + 1 : 2 * i + 3]
+        result[key] = {
+            'before': _percentiles(before, median=50, p90=90),
+            'after': _percentiles(after, median=50, p90=90),
+        }
     return result
 
 
@@ -130,17 +133,22 @@ def _frame_record(frame):
     return record
 
 
-def _before_and_after(before, after):
-    return {
-        'before': _percentiles(before, median=50, p90=90),
-        'after': _percentiles(after, median=50, p90=90),
-    }
+def _numbers(frames):
+    """Return milliseconds, q_tot and each error before and after, (7, N); nan: unknown."""
+    numbers = np.full((3 + 2 * len(ERRORS), len(frames)), np.nan)
+    for i, frame in enumerate(frames):
+        refinement = frame.refinement
+        numbers[:3, i] = refinement.time_ms, refinement.q_tot_before, refinement.result.q_tot
+        if frame.truth is not None:
+            both = frame.error_before(), frame.error_after()
+            numbers[3:, i] = [getattr(each, name) for name in ERRORS.values() for each in both]
+    return numbers
 
 
 def _percentiles(values, **percentiles):
-    known = [value for value in values if np.isfinite(value)]
+    known = values[np.isfinite(values)]
     return {
-        name: float(np.percentile(known, percent)) if known else None
+        name: float(np.percentile(known, percent)) if len(known) else None
         for name, percent in percentiles.items()
     }
 
@@ -161,21 +169,13 @@ def _number(value):
 
 def _counts(replayed):
     """Say what became of every source, so that nothing is left out in silence."""
-    statuses = Counter(f.refinement.result.status.value for f in replayed.frames)
+    statuses, verdicts, left_out = _tallies(replayed.frames)
     how = ', '.join(f'{count} {status}' for status, count in statuses.most_common())
     yield f'{len(replayed.frames)} refined' + (f' ({how})' if how else '')
-    said = [f.refinement.result.assessment for f in replayed.frames]
-    verdicts = Counter(each.verdict.value for each in said if each)
     if verdicts:
         yield f'verdicts: {", ".join(f"{count} {name}" for name, count in verdicts.most_common())}'
-    points = {
-        'because they are not finite': 'dropped_nonfinite',
-        'because they are exactly zero': 'dropped_zero',
-        'by range or crop box': 'cropped',
-        'for max_points': 'thinned',
-    }
-    for why, name in points.items():
-        if count := sum(getattr(frame.refinement, name) for frame in replayed.frames):
+    for name, why in LEFT_OUT.items():
+        if count := left_out[name]:
             yield f'points left out {why}: {count}'
     if replayed.refused:
         yield f'{len(replayed.refused)} refused:'
@@ -188,3 +188,14 @@ def _counts(replayed):
     if replayed.unpaired:
         yield f'{replayed.unpaired} unpaired at the end: no {replayed.unpaired_for} for them'
     yield from (f'note: {note}' for note in replayed.notes)
+
+
+def _tallies(frames):
+    """Return how often each status and each verdict came, and the points left out for what."""
+    statuses, verdicts, left_out = Counter(), Counter(), Counter()
+    for refinement in (frame.refinement for frame in frames):
+        statuses[refinement.result.status.value] += 1
+        if said := refinement.result.assessment:
+            verdicts[said.verdict.value] += 1
+        left_out.update({name: getattr(refinement, name) for name in LEFT_OUT})
+    return statuses, verdicts, left_out

@@ -1,4 +1,6 @@
-"""The ground truth of a recording by stamp: poses, not messages, which would fill the memory."""
+"""The ground truth of a recording by stamp: numbers, not messages, which would fill the memory."""
+
+from array import array
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from idem_ros.transform_message import matrix_of, stamp_ns
 
 
 class Truths:
-    """The truth of each stamp, which may come before its source or after.
+    """The truth of each stamp, which may come before its source or after; 112 bytes of each.
 
     Attributes:
         notes: why some are not believed, each reason once.
@@ -17,20 +19,35 @@ class Truths:
 
     def __init__(self):
         self.notes = []
-        self._poses = {}
-
-    def __contains__(self, stamp):
-        return stamp in self._poses
+        self._stamps, self._kinds = array('q'), array('q')
+        self._rows = array('d')  # the first three of each pose
+        self._numbers_of = {}  # (frame_id, child_frame_id, why it is no pose) -> its kind
+        self._awaited = self._order = None
 
     def add(self, message):
-        """Keep a TransformStamped, source in target frame; return its stamp [ns]."""
+        """Keep a TransformStamped, source in target frame; of one stamp the last counts."""
+        pose, reason = np.zeros((4, 4)), ''
         try:
             pose = matrix_of(message)
         except IdemError as error:
-            pose = f'truth: {error}'
+            reason = f'truth: {error}'
         stamp = stamp_ns(message)
-        self._poses[stamp] = message.header.frame_id, message.child_frame_id, pose
-        return stamp
+        kind = message.header.frame_id, message.child_frame_id, reason
+        self._stamps.append(stamp)
+        self._kinds.append(self._numbers_of.setdefault(kind, len(self._numbers_of)))
+        self._rows.frombytes(pose[:3].tobytes())
+        self._order = None
+        if self._awaited:
+            self._awaited.discard(stamp)
+
+    def came_for(self, stamps):
+        """Return whether the truths of all these stamps are there, believed or not.
+
+        Asked again and again, it looks for the stamps of the first time only.
+        """
+        if self._awaited is None:
+            self._awaited = set(stamps).difference(self._stamps)
+        return not self._awaited
 
     def at(self, stamp, target_frame, source_frame):
         """Return the (4, 4) truth of a stamp [ns]; None where there is none to be believed.
@@ -39,20 +56,34 @@ class Truths:
             stamp: of the source.
             target_frame, source_frame: of the clouds; an empty one contradicts nothing.
         """
-        if stamp not in self._poses:
+        i = self._last_of(stamp)
+        if i is None:
             return None
-        *frames, pose = self._poses[stamp]
-        reason = frame_contradiction('truth', tuple(frames), (target_frame, source_frame))
-        if not reason and not isinstance(pose, str):
-            return pose
-        if (reason or pose) not in self.notes:
-            self.notes.append(reason or pose)
+        *frames, reason = list(self._numbers_of)[self._kinds[i]]
+        clouds = target_frame, source_frame
+        reason = frame_contradiction('truth', tuple(frames), clouds) or reason
+        if not reason:
+            return np.vstack([np.reshape(self._rows[12 * i : 12 * i + 12], (3, 4)), np.eye(4)[3]])
+        if reason not in self.notes:
+            self.notes.append(reason)
         return None
 
     def trajectory(self, source_frame):
         """Return the `Trajectory` of a frame, in the order of time; None where there is none."""
-        poses = {stamp: self.at(stamp, '', source_frame) for stamp in sorted(self._poses)}
-        known = {stamp: pose for stamp, pose in poses.items() if pose is not None}
-        if not known:
-            return None
-        return Trajectory(np.array(list(known.values())), np.array(list(known), dtype=np.int64))
+        stamps = np.unique(np.array(self._stamps, dtype=np.int64))
+        poses, known = np.empty((len(stamps), 4, 4)), np.zeros(len(stamps), dtype=bool)
+        for k, stamp in enumerate(stamps.tolist()):
+            pose = self.at(stamp, '', source_frame)
+            if pose is not None:
+                poses[k], known[k] = pose, True
+        return Trajectory(poses[known], stamps[known]) if known.any() else None
+
+    def _last_of(self, stamp):
+        """Return the place of the last truth of a stamp; None: there is none."""
+        if self._order is None:
+            stamps = np.array(self._stamps, dtype=np.int64)
+            order = np.argsort(stamps, kind='stable')
+            self._order = order, stamps[order]
+        order, stamps = self._order
+        k = np.searchsorted(stamps, stamp, side='right') - 1
+        return int(order[k]) if k >= 0 and stamps[k] == stamp else None
