@@ -34,9 +34,9 @@ def test_small_scans_are_made_as_they_are_needed_and_the_same_every_time():
 def test_no_cloud_is_kept_over_a_recording_streamed_from_disk(tmp_path):
     missed, kept = evaluation.memory(tmp_path, 100, 600)
     assert missed.reached
-    assert kept.measured < 12 * evaluation.SCAN_POINTS
-    assert 'after 100 scans' in kept.figure
-    assert kept.at_most == 4096
+    assert kept.measured < 12 * evaluation.SCAN_POINTS  # of so few, caches that fill show more
+    assert 'over 100 scans' in kept.figure
+    assert kept.at_most == 200
 
 
 def test_the_small_scans_are_refined_towards_their_truth(tmp_path):
