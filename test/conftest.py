@@ -44,6 +44,21 @@ def bench(context):
         each.close()
 
 
+@pytest.fixture
+def bags(tmp_path):
+    """The paths of four small recordings, see `recordings.four_bags`."""
+    from recordings import four_bags
+
+    return four_bags(tmp_path)
+
+
+@pytest.fixture
+def marks(tmp_path):
+    """A folder in which `Deadly` counts how often it killed a worker."""
+    (tmp_path / 'marks').mkdir()
+    return str(tmp_path / 'marks')
+
+
 @pytest.fixture(scope='session')
 def shared_data():
     """The folder of real clouds beside the project, or a skip that says so."""

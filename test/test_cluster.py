@@ -7,8 +7,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
-from recordings import four_bags
-from test_worker_processes import Deadly, tasks_of
+from deadly import Deadly, tasks_of
 
 from idem_ros.commands.main import main
 from idem_ros.evaluation.cluster import ClusterMissing, on_cluster
@@ -16,17 +15,6 @@ from idem_ros.evaluation.worker_processes import in_processes
 
 HERE = Path(__file__).resolve().parent
 LOOPBACK = '127.0.0.1'
-
-
-@pytest.fixture
-def bags(tmp_path):
-    return four_bags(tmp_path)
-
-
-@pytest.fixture
-def marks(tmp_path):
-    (tmp_path / 'marks').mkdir()
-    return str(tmp_path / 'marks')
 
 
 @contextmanager

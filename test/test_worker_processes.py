@@ -1,53 +1,13 @@
 import os
-import signal
-from dataclasses import dataclass
 from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
-from recordings import four_bags
+from deadly import NO_TOPICS, Deadly, tasks_of
 
 from idem_ros.evaluation import worker_processes
 from idem_ros.evaluation.one_recording import Task
-from idem_ros.evaluation.settings import Settings
 from idem_ros.evaluation.worker_processes import WorkersFailed, in_processes
-
-NO_TOPICS = {}
-
-
-@dataclass(frozen=True)
-class Deadly:
-    """A task that ends its worker as SIGKILL does, in the midst, as often as it is told to."""
-
-    path: str
-    marks: str
-    times: int
-    settings: Settings = Settings()
-    done: frozenset = frozenset()
-
-    @property
-    def topics(self):
-        marks = Path(self.marks)
-        before = len(list(marks.iterdir()))
-        if before < self.times:
-            (marks / str(before)).touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        return NO_TOPICS
-
-
-@pytest.fixture
-def bags(tmp_path):
-    return four_bags(tmp_path)
-
-
-@pytest.fixture
-def marks(tmp_path):
-    (tmp_path / 'marks').mkdir()
-    return str(tmp_path / 'marks')
-
-
-def tasks_of(bags):
-    return [Task(bag, Settings(), NO_TOPICS) for bag in bags]
 
 
 @pytest.mark.parametrize('jobs', [1, 2, 9])
