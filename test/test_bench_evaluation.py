@@ -76,7 +76,7 @@ def test_reading_and_pairing_are_a_share_of_the_refinements():
 def test_one_and_two_processes_evaluate_all_recordings(tmp_path):
     small = tmp_path / 'small.mcap'
     write_mcap(small, evaluation.small_scans(2))
-    *done, ratio = evaluation.jobs(small, tmp_path, RegistrationConfig(), 2)
+    *done, ratio = evaluation.jobs(small, tmp_path, RegistrationConfig(), 2, 1)
     assert [goal.measured for goal in done] == [0, 0]
     assert ratio.measured > 0
     assert ratio.at_most == pytest.approx(1 / 1.7)
