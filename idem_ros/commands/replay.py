@@ -19,6 +19,9 @@ result.json becomes result.idem.json and result.gicp.json. q_tot, overlap and ra
 of every method are those of IDEM's metric at its result.
 
 Ctrl-C ends with the report and the files of what was done, and exit code 130.
+
+What is found waits on disk, in the folder of temporary files (TMPDIR; some 8 kB a
+frame), so that the memory does not grow with the recording.
 """
 EPILOG = """\
 examples:
