@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import pytest
 from live import LONG, own_environment, rclpy  # noqa: F401  (the soak is of the live side)
@@ -11,6 +12,7 @@ from live import LONG, own_environment, rclpy  # noqa: F401  (the soak is of the
 import psutil
 
 from idem_ros.benchmarks.goal import Goal
+from idem_ros.node.loopback import loopback_environment
 from idem_ros.node.soak import __main__ as soak
 from idem_ros.node.soak import parts
 from idem_ros.node.soak.children import PLAYER, SoakFailed, played_by, started
@@ -47,6 +49,13 @@ def test_missed_figure_ends_with_exit_code_1(monkeypatch, capsys):
         monkeypatch.setattr(parts, name, lambda size: part)
     assert soak.main(['--quick']) == 1
     assert 'MISSED' in capsys.readouterr().out
+
+
+def test_processes_announce_themselves_faster_than_a_restart_may_take():
+    profile = ElementTree.parse(loopback_environment()['FASTRTPS_DEFAULT_PROFILES_FILE'])
+    (period,) = (each for each in profile.iter() if each.tag.endswith('}leaseAnnouncement'))
+    seconds = {each.tag.split('}')[1]: int(each.text) for each in period}
+    assert 0 < seconds.get('sec', 0) + seconds['nanosec'] / 1e9 <= parts.RESTART_S / 2
 
 
 def test_every_cloud_of_the_stream_has_as_many_points_as_asked_for_and_the_stamp():

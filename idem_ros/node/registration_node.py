@@ -44,12 +44,14 @@ def _run(args: list[str] | None, received: list[int], is_managed: bool) -> int:
     from rclpy.signals import SignalHandlerOptions
 
     from idem_ros.core import IdemError
+    from idem_ros.node.dead_ports import no_dead_ports
 
     node = None
     try:
         _refuse_own_arguments(args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        node = _node_class(is_managed)()
+        with no_dead_ports(rclpy.get_default_context().get_domain_id()):
+            node = _node_class(is_managed)()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not received:
