@@ -34,7 +34,7 @@ TARGET_POINTS, SCAN_POINTS = 1000, 600
 OFF_DEG, OFF = 3.0, 0.05 * SIZE
 START, STEP = 10**9, 10**8  # [ns]
 KEPT, SHARE, SPEED_UP = 200, 15.0, 1.7  # [bytes], [%], times
-ROUNDS, RECORDINGS, REPEATS = 5, 4, 8
+ROUNDS, RECORDINGS, REPEATS = 5, 4, 12
 
 
 def measure(config, quick=False, progress=lambda steps: steps):
