@@ -37,7 +37,7 @@ def linearize(
 
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
-    axis of every covariance. slide: leave out the pull along the surface, `_without_widest`.
+    axis of every covariance. slide: leave out the pull along the surface, `_along_thinnest`.
     """
     c = TWO_PI_E_CUBED / scale**6
     for i in range(*chosen):
@@ -61,7 +61,7 @@ def linearize(
             rho = c * det / (1.0 + c * det)
             w = _inverse(sigma, det)
             if slide:
-                w = _without_widest(w, sigma)
+                w = _along_thinnest(w)
             g = group[i] if group.shape[0] > 0 else 0
             _add_centre(centres[i], cross, joint, w, rho, g, sums)
 
@@ -81,16 +81,32 @@ def _inverse(s, det):
 
 
 @njit(**JIT)
-def _without_widest(w, s):
-    """Return W - I / l: the widest axes of S, along the surface, do not pull; l = tr(SS) / tr(S).
+def _along_thinnest(w):
+    """Return W^3 / tr(W)^2: each axis of S by the square of its share of the pull.
 
-    There the two clouds' means differ by where either happens to end or to be sampled, not by a
-    misalignment; at the rim of the overlap that pull is a bias.
+    Along the surface the two clouds' means differ by where either happens to end or to be sampled,
+    not by a misalignment: rings of a LiDAR would draw each other together.
     """
-    xx, xy, xz, yy, yz, zz = s
-    squares = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz)
-    u = (xx + yy + zz) / squares
-    return (w[0] - u, w[1], w[2], w[3] - u, w[4], w[5] - u)
+    square = _product(w, w)
+    trace = w[0] + w[3] + w[5]
+    xx, xy, xz, yy, yz, zz = _product(square, w)
+    f = 1.0 / (trace * trace)
+    return xx * f, xy * f, xz * f, yy * f, yz * f, zz * f
+
+
+@njit(**JIT)
+def _product(a, b):
+    """Return the product of two symmetric matrices of the same axes, symmetric too."""
+    axx, axy, axz, ayy, ayz, azz = a
+    bxx, bxy, bxz, byy, byz, bzz = b
+    return (
+        axx * bxx + axy * bxy + axz * bxz,
+        axx * bxy + axy * byy + axz * byz,
+        axx * bxz + axy * byz + axz * bzz,
+        axy * bxy + ayy * byy + ayz * byz,
+        axy * bxz + ayy * byz + ayz * bzz,
+        axz * bxz + ayz * byz + azz * bzz,
+    )
 
 
 @njit(**JIT)

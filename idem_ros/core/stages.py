@@ -21,6 +21,7 @@ FINE = 0.25  # of the radius
 SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hold ten or so
 LEAST_POINTS = 5  # a point and its four neighbours
 WIDER = 2.0  # than the first stage, where that did not find its way
+SURE = 0.9  # of the first stage's valley: every other stage after it is left out
 
 
 class Stage(NamedTuple):
@@ -105,10 +106,12 @@ def joint_entropy(prepared, stage, slide):
 
 def _through(prepared, stages, T, motions):
     *coarse, last = stages
-    iterations, joint, belief = 0, None, np.nan
+    iterations, joint = 0, None
     if coarse:
-        joint, solution, iterations = _first(prepared, coarse[0], T, motions)
+        joint, solution, belief, iterations = _first(prepared, coarse[0], T, motions)
         T = solution.transform
+        if belief > SURE:
+            coarse = [coarse[0], *coarse[1::2]]
     said = prepared.config.assessment != 'none'
     first = joint if said else None  # or its neighbourhoods would last as long as the solve
     for stage in coarse[1:]:
@@ -116,8 +119,7 @@ def _through(prepared, stages, T, motions):
             joint = None  # let go of before the next is made: it is a third of its size
             joint, solution = _minimized(prepared, stage, T, motions)
             T, iterations = solution.transform, iterations + solution.iterations
-    if coarse and said:
-        belief = credibility(joint, T, LAST)
+    belief = credibility(joint, T, LAST) if coarse and said else np.nan
     joint = None
     joint, solution = _minimized(prepared, last, T, motions, last=True)
     is_late = perf_counter() > prepared.deadline and not solution.converged
@@ -126,17 +128,19 @@ def _through(prepared, stages, T, motions):
 
 
 def _first(prepared, stage, T, motions):
-    """Return `JointEntropy` and `Solution` of the first stage, and all the steps it took."""
+    """Return `JointEntropy`, `Solution` and credibility of the first stage, and all its steps."""
     joint, solution = _minimized(prepared, stage, T, motions)
     belief = credibility(joint, solution.transform, FIRST)
     wider = Stage(WIDER * stage.radius, WIDER * stage.factor)
     if belief > 0.5 or wider.radius > widest_useful(*prepared.clouds):
-        return joint, solution, solution.iterations
+        return joint, solution, belief, solution.iterations
     _, found = _minimized(prepared, wider, T, motions)
     joint, again = _minimized(prepared, stage, found.transform, motions)
     iterations = solution.iterations + found.iterations + again.iterations
-    better = credibility(joint, again.transform, FIRST) > belief
-    return joint, again if better else solution, iterations
+    new_belief = credibility(joint, again.transform, FIRST)
+    if new_belief > belief:
+        solution, belief = again, new_belief
+    return joint, solution, belief, iterations
 
 
 def _minimized(prepared, stage, T, motions, last=False):
