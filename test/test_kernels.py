@@ -137,13 +137,13 @@ def test_voxels_of_voxels_hold_the_moments_of_all_points(rng):
     np.testing.assert_allclose(naive.symmetric(raw[0, 1:]), expected, atol=1e-10)
 
 
-def linearized(target, source, r, noise, slide=False):
-    """Gradient and matrix of the target's side, from unit points."""
+def linearized(target, source, r, noise, slide=False, raw=UNIT):
+    """Gradient and matrix of the target's side, from points that stand for themselves."""
     (own,) = neighbourhoods([Cloud(target)], r, r)
     others = build_grid(source - Cloud(target).origin, r)[0].points
     first = np.arange(len(target) + 1) * len(source)
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
-    around = (own.grid.points, own.raw_own, others, UNIT, first, member, np.eye(3), np.zeros(3))
+    around = (own.grid.points, own.raw_own, others, raw, first, member, np.eye(3), np.zeros(3))
     sums = np.zeros((1, SUMS))
     linearize(*around, r**2, r, noise, slide, (0, len(target), 1), IN_ONE, sums)
     return unpack(sums[0])
@@ -212,21 +212,25 @@ def held_q_of_voxels(target, source, T_members, T, r, noise):
 
 
 @pytest.mark.parametrize('slide', [False, True])
-def test_gradient_and_matrix_of_one_ball_are_those_written_out_with_matrices(rng, slide):
-    target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 1.0
+@pytest.mark.parametrize('raw', [UNIT, np.tile([1.0, 0, 0, 0, 0, 0, 0], (5, 1))])
+def test_gradient_and_matrix_of_one_ball_are_those_written_out_with_matrices(rng, slide, raw):
+    target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 0.3
     source, target = source - target.mean(axis=0), target - target.mean(axis=0)
     joint = np.vstack([target, source])
     sigma = np.cov(joint.T, bias=True)
     W = np.linalg.inv(sigma)
-    if slide:
-        W -= np.eye(3) * np.trace(sigma) / np.trace(sigma @ sigma)
-    c_det = (2 * np.pi * np.e) ** 3 * np.linalg.det(sigma)
+    c_det = (2 * np.pi * np.e) ** 3 * np.linalg.det(sigma / r**2)
     rho = c_det / (1 + c_det)
+    if slide:
+        W = W @ W @ W / np.trace(W) ** 2
+    if slide and len(raw):
+        apart = np.linalg.norm(target.mean(axis=0) - source.mean(axis=0))
+        rho /= 1 + (apart / (0.35 * r)) ** 4
     J = [np.c_[-se3.skew(x), np.eye(3)] for x in source]
     pulls = [j.T @ W @ (x - joint.mean(axis=0)) for j, x in zip(J, source, strict=True)]
     J_mean = np.mean(J, axis=0)
 
-    gradient, matrix = linearized(target, source, r, 0.0, slide)
+    gradient, matrix = linearized(target, source, r, 0.0, slide, raw)
 
     np.testing.assert_allclose(gradient, 6 * rho / 11 * np.sum(pulls, axis=0), rtol=1e-8)
     expected = 6 * rho * 5 * (1 - 5 / 11) / 11 * J_mean.T @ W @ J_mean

@@ -57,13 +57,16 @@ class Hold(NamedTuple):
         return by_chance & (self.strength + CHANCE * self.error < LEAST_STRENGTH)
 
 
-def hold_of(joint, T_target_source):
-    """Return the `Hold` of a `JointEntropy`'s clouds on one another at a transform."""
+def hold_of(joint, T_target_source, sample=SAMPLE):
+    """Return the `Hold` of a `JointEntropy`'s clouds on one another at a transform.
+
+    sample: of about so many centres of each cloud.
+    """
     T, pairs = T_target_source, joint.pairs_at(T_target_source)
     back, r2 = se3.inverse(T), joint.r2
     to_source = se3.adjoint(back)
-    *here, x, v = _planes(joint.target, joint.source, pairs.of_target, T, r2)
-    *there, x_there, v_there = _planes(joint.source, joint.target, pairs.of_source, back, r2)
+    *here, x, v = _planes(joint.target, joint.source, pairs.of_target, T, r2, sample)
+    *there, x_there, v_there = _planes(joint.source, joint.target, pairs.of_source, back, r2, sample)
     x = np.concatenate([x, se3.transform_points(T, x_there)])
     if len(x) == 0:
         pivot, arm = middle_and_arm(joint, T)
@@ -102,9 +105,9 @@ def middle_and_arm(joint, T_target_source):
     return se3.transform_points(T_target_source, middle), max(arm, joint.radius)
 
 
-def _planes(centres, others, candidates, T, r2):
+def _planes(centres, others, candidates, T, r2, sample):
     """Return j = (x times n, n) of either cloud's plane in each ball, (n, 6), x, (n, 3), and v."""
-    stride = max(len(centres.order) // SAMPLE, 1)
+    stride = max(len(centres.order) // sample, 1)
     most = len(centres.order) // stride + 1
     a, b, x, v = np.empty((most, 6)), np.empty((most, 6)), np.empty((most, 3)), np.empty(most)
     own = (centres.grid.points, centres.raw_own)

@@ -23,6 +23,7 @@ from idem_ros.core.moments import (
 
 # One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
 SUMS = 27
+BALANCED = 0.35  # of the radius, between the means of a ball's two clouds
 IN_ONE = np.empty(0, np.int64)  # all centres are of the first group
 
 
@@ -37,7 +38,8 @@ def linearize(
 
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
-    axis of every covariance. slide: leave out the pull along the surface, `_along_thinnest`.
+    axis of every covariance. slide: leave out the pull along the surface, `_along_thinnest`; among
+    raw points each ball counts by its `_balance`.
     """
     c = TWO_PI_E_CUBED / scale**6
     for i in range(*chosen):
@@ -62,6 +64,8 @@ def linearize(
             w = _inverse(sigma, det)
             if slide:
                 w = _along_thinnest(w)
+                if raw.shape[0] > 0:
+                    rho *= _balance(joint, cross, r2)
             g = group[i] if group.shape[0] > 0 else 0
             _add_centre(centres[i], cross, joint, w, rho, g, sums)
 
@@ -92,6 +96,21 @@ def _along_thinnest(w):
     xx, xy, xz, yy, yz, zz = _product(square, w)
     f = 1.0 / (trace * trace)
     return xx * f, xy * f, xz * f, yy * f, yz * f, zz * f
+
+
+@njit(**JIT)
+def _balance(joint, cross, r2):
+    """Return 1 / (1 + (d / (BALANCED r))^4) for means of the ball's two clouds that are d apart.
+
+    Far apart they are two rings, or two sides of the overlap's rim: their difference is then more
+    of the surface's shape than of a misalignment. Few points lie apart by chance, many do not.
+    """
+    n = joint[0] - cross[0]
+    x = cross[1] / cross[0] - (joint[1] - cross[1]) / n
+    y = cross[2] / cross[0] - (joint[2] - cross[2]) / n
+    z = cross[3] / cross[0] - (joint[3] - cross[3]) / n
+    apart = (x * x + y * y + z * z) / (BALANCED * BALANCED * r2)
+    return 1.0 / (1.0 + apart * apart)
 
 
 @njit(**JIT)

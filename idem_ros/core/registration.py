@@ -79,6 +79,7 @@ def register(target, source, T_target_source=None, config=None):
     hold = hold_of(descent.joint, descent.solution.transform)
     some = 0 < hold.free.sum() < 6
     if some and config.free_motions == 'guess' and config.mode == 'refine':
+        hold = hold_of(descent.joint, descent.solution.transform, sample=np.inf)
         descent = descend(prepared, T, hold.motions[:, ~hold.free])
     result = _result(target, source, descent, hold, config.mode)
     if config.assessment == 'none':
