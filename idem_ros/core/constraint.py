@@ -66,7 +66,9 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     back, r2 = se3.inverse(T), joint.r2
     to_source = se3.adjoint(back)
     *here, x, v = _planes(joint.target, joint.source, pairs.of_target, T, r2, sample)
-    *there, x_there, v_there = _planes(joint.source, joint.target, pairs.of_source, back, r2, sample)
+    *there, x_there, v_there = _planes(
+        joint.source, joint.target, pairs.of_source, back, r2, sample
+    )
     x = np.concatenate([x, se3.transform_points(T, x_there)])
     if len(x) == 0:
         pivot, arm = middle_and_arm(joint, T)
