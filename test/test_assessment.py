@@ -6,7 +6,7 @@ from idem_ros.benchmarks.bare_scenes import bare_case
 from idem_ros.benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register, se3
 from idem_ros.core.constraint import hold_of
-from idem_ros.core.covariance import by_region, covariance_of
+from idem_ros.core.covariance import PERIOD, _wider, by_region, covariance_of
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.words import free_in_words
 
@@ -155,3 +155,12 @@ def test_a_spent_budget_ends_with_the_best_so_far(rng, pair):
     assert not late.converged
     assert late.assessment.verdict is not Verdict.ALIGNED
     assert register(target, source, guess, RegistrationConfig(budget_ms=1e6)).converged
+
+
+def test_regions_twice_as_wide_are_eight_in_one(rng):
+    of_regions, place = rng.random((PERIOD**3, 6)), np.arange(PERIOD**3)
+    x, y, z = (place // PERIOD**axis % PERIOD // 2 for axis in range(3))
+    half = PERIOD // 2
+    expected = np.zeros((half**3, 6))
+    np.add.at(expected, x + half * y + half**2 * z, of_regions)
+    np.testing.assert_allclose(_wider(of_regions), expected)

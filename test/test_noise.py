@@ -26,23 +26,21 @@ def test_covariances_are_those_of_the_members(rng):
 def test_the_thickness_of_a_plane_is_its_noise(rng, sigma, voxel_size):
     cloud = Cloud(plane(rng, sigma))
     cloud = cloud if voxel_size is None else cloud.reduced(voxel_size)
-    thickness, members = cloud.thickness(0.06, 0.06)
+    thickness, members = cloud.thickness(0.06)
     assert members > 50
     assert 0.8 * sigma < thickness < 1.1 * sigma
 
 
 def test_balls_are_widened_only_where_noise_fills_them(rng):
     exact, noisy = ([Cloud(surface(rng, 4000, sigma)) for _ in range(2)] for sigma in (0.0, 0.015))
-    assert widening(*exact, 0.06, 0.06) == 1.0
-    assert widening(*noisy, 0.06, 0.06) > 1.5
-    assert widening(exact[0], noisy[0], 0.06, 0.06) == pytest.approx(
-        widening(noisy[0], exact[0], 0.06, 0.06)
-    )
+    assert widening(*exact, 0.06) == 1.0
+    assert widening(*noisy, 0.06) > 1.5
+    assert widening(exact[0], noisy[0], 0.06) == pytest.approx(widening(noisy[0], exact[0], 0.06))
 
 
 def test_too_few_members_say_nothing(rng):
     lonely = Cloud(rng.random((50, 3)) * 1000)
-    assert widening(lonely, lonely, 0.1, 0.1) == 1.0
+    assert widening(lonely, lonely, 0.1) == 1.0
 
 
 def test_a_noisy_pair_is_registered_over_wider_balls(rng):
@@ -59,5 +57,5 @@ def test_members_along_lines_are_not_asked_for_noise(rng):
     rings = np.c_[lines, rng.random(8000) * 3, np.zeros(8000)]
     sheet = plane(rng, 0.004)
     cloud = Cloud(np.vstack([rings + (0, 0, 5), sheet]))
-    thickness, _ = cloud.thickness(0.06, 0.06)
+    thickness, _ = cloud.thickness(0.06)
     assert 0.8 * 0.004 < thickness < 1.1 * 0.004

@@ -12,7 +12,7 @@ from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, build_grid
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import TIE, own_moments
-from idem_ros.core.noise import thickness_and_members
+from idem_ros.core.noise import SAMPLE, thickness_and_members
 from idem_ros.core.voxels import reduce_to_voxels
 
 KEPT = 8  # results kept of each kind: enough for two schedules of four stages
@@ -59,6 +59,7 @@ class Cloud:
     def _init_from(self, points, raw):
         self.points, self.raw = points, raw
         self._fourth_neighbor_distance = {}
+        self._cells = {}
         self._neighbourhoods = {}
         self._reduced = {}
         self._thickness = {}
@@ -84,16 +85,36 @@ class Cloud:
             self._fourth_neighbor_distance[most] = distance
         return self._fourth_neighbor_distance[most]
 
-    def thickness(self, radius, scale):
-        """Return how thick surfaces are in balls of a radius, and their members; computed once."""
+    def thickness(self, radius):
+        """Return how thick surfaces are in balls of a radius, and their members; computed once.
+
+        Of a sample of the points.
+        """
         if radius not in self._thickness:
-            (own,) = neighbourhoods([self], radius, scale)
-            _keep(self._thickness, radius, thickness_and_members(own))
+            grid, _, raw = self.in_cells(radius)
+            stride = max(len(self) // SAMPLE, 1)
+            n = -(-len(self) // stride)
+            unit_own, raw_own, entropy = np.empty((n, 10)), np.empty((n, 10)), np.empty(n)
+            out = (unit_own, raw_own, entropy)
+            own_moments(grid, raw, radius * radius * TIE, radius, 0, n, stride, *out)
+            found = thickness_and_members(raw_own if len(raw) else unit_own)
+            _keep(self._thickness, radius, found)
         return self._thickness[radius]
 
-    def forget(self, radius, scale):
-        """Let go of the neighbourhoods at a radius that no stage uses."""
-        self._neighbourhoods.pop((radius, scale), None)
+    def in_cells(self, radius):
+        """Return a grid for balls up to a radius and its skin, its order, and the raw moments.
+
+        Sorted once and kept; raw (N, 7) or (0, 7) is in the grid's order.
+        """
+        if radius not in self._cells:
+            grid, order = build_grid(self.points, radius * (1.0 + SKIN) * CELL_MARGIN)
+            raw = self.raw[order] if len(self.raw) else UNIT
+            _keep(self._cells, radius, (grid, order, raw))
+        return self._cells[radius]
+
+    def forget(self, radius):
+        """Let go of the cells at a radius that no stage uses."""
+        self._cells.pop(radius, None)
 
     def forget_reduced(self):
         """Let go of the coarser clouds: nobody can ask for them again."""
@@ -134,15 +155,15 @@ def neighbourhoods(clouds, radius, scale, threads=1):
 
 
 def _unfilled(cloud, radius):
-    grid, order = build_grid(cloud.points, radius * (1.0 + SKIN) * CELL_MARGIN)
-    raw = cloud.raw[order] if len(cloud.raw) else UNIT
+    grid, order, raw = cloud.in_cells(radius)
     unit_own, entropy = np.empty((len(cloud), 10)), np.empty(len(cloud))
     raw_own = np.empty((len(cloud), 10)) if len(raw) else unit_own
     return Neighbourhoods(grid, order, raw, unit_own, raw_own, entropy)
 
 
 def _fill(own, begin, end, r2, scale):
-    own_moments(own.grid, own.raw, r2, scale, begin, end, own.unit_own, own.raw_own, own.entropy)
+    out = (own.unit_own, own.raw_own, own.entropy)
+    own_moments(own.grid, own.raw, r2, scale, begin, end, 1, *out)
 
 
 def as_cloud(points):

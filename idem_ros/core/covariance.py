@@ -3,6 +3,7 @@
 At the minimum the pulls of all balls cancel. How much the rest would pull without those of one
 region, and how far that would move the result, is a sample of its error: the jackknife. Regions
 are wide, because neighbours err alike: they share points, rings of a scan and the flaws of a wall.
+A part comes from regions twice as wide: what errs alike over more of the scene, few regions tell.
 """
 
 import numpy as np
@@ -13,7 +14,8 @@ from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.solver import LEAST_STIFFNESS
 
 # Edge of the cubes that err together: of the arm, and of the radius at least.
-REGION, LEAST_REGION = 0.45, 3.0
+REGION, LEAST_REGION = 0.3, 3.0
+SHARES = (0.85, 0.15)  # of the regions, and of those twice as wide, in the variance
 PERIOD = 8  # regions along each axis, after which they repeat
 SAMPLE = 256  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
@@ -24,7 +26,7 @@ FLOOR = 1e-4  # of the radius: where the solver stops
 
 
 def by_region(joint, T_target_source, hold):
-    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions that have any."""
+    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions, x fastest."""
     pairs = joint.pairs_at(T_target_source)
     edge = max(REGION * hold.arm, LEAST_REGION * joint.radius)
     return _by_region(joint, pairs, T_target_source, edge)
@@ -44,11 +46,25 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
     # In these motions the whole stiffness, and then the curvature, are the identity.
     firm = held @ axes
     roots = firm / np.sqrt(part)
-    rest = np.eye(len(part)) - LEVERAGE * (firm.T @ stiffness @ firm)
-    moves = np.linalg.solve(rest, (pulls @ roots)[:, :, None])[:, :, 0] @ roots.T
+    scatter = SHARES[0] * _scatter(pulls, stiffness, firm, roots)
+    scatter += SHARES[1] * _scatter(_wider(pulls), _wider(stiffness), firm, roots)
     units = hold.motions[:, ~hold.free]
     floor = (FLOOR * joint.radius) ** 2 * units @ units.T
-    return moves.T @ moves + floor + FREE_VARIANCE * free @ free.T
+    return scatter + floor + FREE_VARIANCE * free @ free.T
+
+
+def _scatter(pulls, stiffness, firm, roots):
+    """Return the jackknife's (6, 6): the sum over regions of how far the rest would move."""
+    some = stiffness.any(axis=(1, 2))
+    rest = np.eye(firm.shape[1]) - LEVERAGE * (firm.T @ stiffness[some] @ firm)
+    moves = np.linalg.solve(rest, (pulls[some] @ roots)[:, :, None])[:, :, 0] @ roots.T
+    return moves.T @ moves
+
+
+def _wider(of_regions):
+    """Sum over cubes of eight regions: PERIOD is even, so that they repeat with it."""
+    shape = of_regions.shape[1:]
+    return of_regions.reshape(3 * (PERIOD // 2, 2) + shape).sum(axis=(1, 3, 5)).reshape(-1, *shape)
 
 
 def _firm_and_loose(hold, matrix):
@@ -83,7 +99,7 @@ def _curvature(joint, T, held, hold):
 
 
 def _by_region(joint, pairs, T, region, stride=1):
-    """Return gradient (G, 6) and Gauss-Newton matrix (G, 6, 6) of each region that has any.
+    """Return gradient (G, 6) and Gauss-Newton matrix (G, 6, 6) of each region, zeros for none.
 
     region: edge; None: all is one.
     """
@@ -92,9 +108,8 @@ def _by_region(joint, pairs, T, region, stride=1):
     groups = _groups(joint, T, region)
     _sum(joint, (joint.target, joint.source), pairs.of_target, T, groups[0], stride, here)
     _sum(joint, (joint.source, joint.target), pairs.of_source, back, groups[1], stride, there)
-    chosen = here.any(axis=1) | there.any(axis=1) | (region is None)
     to_source = se3.adjoint(back)
-    (pulls, stiffness), (pulls_there, stiffness_there) = map(unpack, (here[chosen], there[chosen]))
+    (pulls, stiffness), (pulls_there, stiffness_there) = map(unpack, (here, there))
     return pulls - pulls_there @ to_source, stiffness + to_source.T @ stiffness_there @ to_source
 
 

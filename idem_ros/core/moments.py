@@ -65,15 +65,17 @@ def raw_moments(px, py, pz, points, raw, member, begin, end, r2):
 
 
 @njit(**JIT)
-def own_moments(grid, raw, r2, scale, begin, end, unit_own, raw_own, h):
-    """Fill moments (N, 10) and entropy h (N,) of points [begin, end) within their own cloud.
+def own_moments(grid, raw, r2, scale, begin, end, stride, unit_own, raw_own, h):
+    """Fill rows [begin, end) of moments (N, 10) and entropy h (N,) within their own cloud.
 
-    raw_own is left alone where raw is empty: every point then stands for itself.
+    Row i is of point i * stride. raw_own is left alone where raw is empty: every point then stands
+    for itself.
     """
     points = grid.points
     found = np.empty(points.shape[0] + 1, np.int32)
     for i in range(begin, end):
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        p = points[i * stride]
+        px, py, pz = p[0], p[1], p[2]
         n = neighbours(px, py, pz, grid, r2, found)
         m = unit_moments(px, py, pz, points, found, 0, n, r2)
         h[i] = entropy(m, scale)

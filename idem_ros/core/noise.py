@@ -6,12 +6,12 @@ QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvat
 LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise
 # Members along a line, as one ring of a LiDAR leaves them, lie on the ring's cone: no noise shows.
 LEAST_SPREAD = 0.08  # of the second axis against the first, about
-SAMPLE = 2048
+SAMPLE = 1024  # balls of each cloud, about
 ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained nothing
 WIDEST = 2.0
 
 
-def widening(target, source, radius, scale):
+def widening(target, source, radius):
     """Return by how much to widen balls of a radius, 1 to 2, for the noise of two `Cloud`s.
 
     The means of k points of a surface of thickness s are known to s / sqrt(k); where the ball is
@@ -19,17 +19,18 @@ def widening(target, source, radius, scale):
     radius halves the error in a room at 9 standard deviations of noise, and doubles it in a
     street at 50.
     """
-    found = [cloud.thickness(radius, scale) for cloud in (target, source)]
+    found = [cloud.thickness(radius) for cloud in (target, source)]
     thickness = max(s for s, _ in found)
     members = sum(k for _, k in found)
     wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(members))) if members else 1.0
     return float(np.clip(wanted, 1.0, WIDEST))
 
 
-def thickness_and_members(neighbourhoods):
-    """Return the lower quartile of the balls' thickness, and the median of their members."""
-    own = neighbourhoods.raw_own
-    own = own[:: max(len(own) // SAMPLE, 1)]
+def thickness_and_members(own):
+    """Return the lower quartile of balls' thickness, and the median of their members.
+
+    own: (N, 10) moments of the balls.
+    """
     own = own[own[:, 0] >= LEAST_MEMBERS]
     k, (xx, xy, xz, yy, yz, zz) = own[:, 0], _covariances(own).T
     minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)

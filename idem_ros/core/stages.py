@@ -8,9 +8,9 @@ import numpy as np
 
 from idem_ros.core.basin import FIRST, LAST, credibility, has_strayed
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.cloud import Cloud, neighbourhoods
+from idem_ros.core.cloud import Cloud
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.core.joint_entropy import JointEntropy, length_unit
+from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.noise import widening
 from idem_ros.core.radii import rounded, stage_radii, widest_useful
 from idem_ros.core.solver import Solution, minimize_on_se3
@@ -166,12 +166,11 @@ def _reduced(clouds, voxel_size, threads):
 
 
 def _widened(target, source, radius, config):
-    scale = length_unit(config.length_scale, radius)
-    neighbourhoods([target, source], radius, scale, config.threads)
-    wider = rounded(radius * widening(target, source, radius, scale))
+    in_threads(config.threads, lambda cloud: cloud.thickness(radius), (target, source))
+    wider = rounded(radius * widening(target, source, radius))
     if wider != radius:
-        target.forget(radius, scale)
-        source.forget(radius, scale)
+        target.forget(radius)
+        source.forget(radius)
     return wider
 
 
