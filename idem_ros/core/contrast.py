@@ -8,7 +8,7 @@ from idem_ros.core.grid import neighbours
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import entropy, into_frame, plus, rotated, unit_moments
 
-SAMPLE = 128  # centres of each cloud, about
+SAMPLE = 256  # centres of each cloud, about
 
 
 def contrasts(joint, T_target_source, motions, sample=SAMPLE):

@@ -17,7 +17,7 @@ from idem_ros.core.solver import LEAST_STIFFNESS
 REGION, LEAST_REGION = 0.3, 3.0
 SHARES = (0.85, 0.15)  # of the regions, and of those twice as wide, in the variance
 PERIOD = 8  # regions along each axis, after which they repeat
-SAMPLE = 256  # centres of each cloud, about, that the curvature is taken from
+SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
 LEVERAGE = 0.95  # most of a motion's hold that one region may have: it leaves a finite variance

@@ -106,7 +106,7 @@ def joint_entropy(prepared, stage, slide):
 
 def _through(prepared, stages, T, motions):
     *coarse, last = stages
-    iterations, joint = 0, None
+    iterations, joint, belief = 0, None, np.nan
     if coarse:
         joint, solution, belief, iterations = _first(prepared, coarse[0], T, motions)
         T = solution.transform
@@ -119,7 +119,8 @@ def _through(prepared, stages, T, motions):
             joint = None  # let go of before the next is made: it is a third of its size
             joint, solution = _minimized(prepared, stage, T, motions)
             T, iterations = solution.transform, iterations + solution.iterations
-    belief = credibility(joint, T, LAST) if coarse and said else np.nan
+    if said and belief <= SURE:
+        belief = credibility(joint, T, LAST)
     joint = None
     joint, solution = _minimized(prepared, last, T, motions, last=True)
     is_late = perf_counter() > prepared.deadline and not solution.converged
