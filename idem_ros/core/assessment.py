@@ -22,6 +22,8 @@ LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of 
 CREDIBLE = 0.5
 FLAT = 0.1  # contrast below which it is to blame for a verdict
 LEAST_FIRMNESS = 1e-4
+# The contrast along every motion is taken from few centres, of the least two from many.
+FEW, MANY, LEAST = 48, 256, 2
 
 
 class Verdict(Enum):
@@ -120,10 +122,15 @@ def _seen(joint, T, hold, gradient, matrix):
     """Return the least relative contrast, and how far the next step moves, over the radius."""
     held = hold.motions[:, ~hold.free]
     along, *_ = np.linalg.lstsq(held.T @ matrix @ held, held.T @ gradient, rcond=1e-9)
-    rise = contrasts(joint, T, held).reshape(-1, 2).min(axis=1)
     firmness = np.maximum(hold.strength[~hold.free], LEAST_FIRMNESS)
+
+    def relative(some, sample):
+        rise = contrasts(joint, T, held[:, some], sample).reshape(-1, 2).min(axis=1)
+        return rise / firmness[some]
+
+    least = np.argsort(relative(slice(None), FEW))[:LEAST]
     return {
-        'contrast': float((rise / firmness).min(initial=np.inf)),
+        'contrast': float(relative(least, MANY).min(initial=np.inf)),
         'step': float(np.linalg.norm(along)) / joint.radius,
     }
 

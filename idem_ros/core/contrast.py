@@ -8,10 +8,10 @@ from idem_ros.core.grid import neighbours
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import entropy, into_frame, plus, rotated, unit_moments
 
-SAMPLE = 256  # centres of each cloud, about
+SAMPLE = 128  # centres of each cloud, about
 
 
-def contrasts(joint, T_target_source, motions, sample=SAMPLE):
+def contrasts(joint, T_target_source, motions, sample):
     """Return (2 k,): by how much q_mean is higher a radius to either side of a pose.
 
     Of points that have a neighbour in the other cloud at the pose.

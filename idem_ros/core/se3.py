@@ -65,26 +65,28 @@ def translation(t):
 
 def exp(twist):
     """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
-    result = np.eye(4)
-    result[:3, :3] = Rotation.from_rotvec(twist[:3]).as_matrix()
-    result[:3, 3] = _left_jacobian(twist[:3]) @ twist[3:]
+    hat, a, b, c = _series(twist[:3])
+    square, result = hat @ hat, np.eye(4)
+    result[:3, :3] += a * hat + b * square
+    result[:3, 3] = twist[3:] + (b * hat + c * square) @ twist[3:]
     return result
 
 
-def _left_jacobian(omega):
-    """Return the (3, 3) matrix that takes v of a twist to the translation."""
-    angle, hat = np.linalg.norm(omega), skew(omega)
-    if angle < 1e-4:  # Taylor: (1 - cos a)/a^2 and (a - sin a)/a^3 lose their digits
-        b, c = 0.5 - angle**2 / 24, 1 / 6 - angle**2 / 120
-    else:
-        b, c = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
-    return np.eye(3) + b * hat + c * hat @ hat
+def _series(omega):
+    """Return the skew matrix of a rotation vector, sin a / a, (1 - cos a)/a^2, (a - sin a)/a^3."""
+    hat, angle = skew(omega), float(np.sqrt(omega @ omega))
+    if angle < 1e-4:  # Taylor: the last two lose their digits
+        return hat, 1 - angle**2 / 6, 0.5 - angle**2 / 24, 1 / 6 - angle**2 / 120
+    sine = np.sin(angle)
+    return hat, sine / angle, (1 - np.cos(angle)) / angle**2, (angle - sine) / angle**3
 
 
 def log(transform):
     """Return the twist (omega, v), (6,), whose `exp` is a (4, 4) rigid transform."""
     omega = Rotation.from_matrix(transform[:3, :3]).as_rotvec()
-    return np.r_[omega, np.linalg.solve(_left_jacobian(omega), transform[:3, 3])]
+    hat, _, b, c = _series(omega)
+    left_jacobian = np.eye(3) + b * hat + c * hat @ hat
+    return np.r_[omega, np.linalg.solve(left_jacobian, transform[:3, 3])]
 
 
 def adjoint(transform):

@@ -6,7 +6,7 @@
 import numpy as np
 
 LEAST = 1e-3  # of either number
-WEIGHTS = (2.75, -3.335, -4.335)  # of the logarithms of contrast and step, and the constant
+WEIGHTS = (2.331, -2.760, -4.088)  # of the logarithms of contrast and step, and the constant
 
 
 def features(contrast, step):
