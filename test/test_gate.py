@@ -17,6 +17,7 @@ def result(tmp_path):
         translation_error_m=ERRORS,
         time_ms=[10, 20, 30, 40, 50],
         rotation_error_deg=[None] * 5,
+        verdict=['aligned'] * 3 + ['degenerate', 'separated'],
     )
     return read_result(tmp_path / 'a.json')
 
@@ -49,6 +50,8 @@ def found(tmp_path, result, rule):
         ('status.converged', 0.8),
         ('status.no_overlap', 0.2),
         ('status.degenerate', 0),
+        ('verdict.aligned', 0.6),
+        ('verdict.misaligned', 0),
         ('frames', 5),
         ('dropped', 2),
         ('refused', 0),
@@ -167,3 +170,10 @@ def test_a_file_that_holds_no_rules_is_refused_in_one_line(tmp_path, text, words
 def test_rules_that_are_not_there_are_refused(tmp_path):
     with pytest.raises(BadRules, match='none.yaml cannot be read'):
         read_rules(tmp_path / 'none.yaml')
+
+
+def test_a_verdict_that_no_frame_has_fails_its_rule(tmp_path):
+    write_result(tmp_path / 'icp.json', statuses=['converged'] * 2)
+    finding = found(tmp_path, read_result(tmp_path / 'icp.json'), 'verdict.aligned >= 0')
+    assert (finding.value, finding.holds) == (None, False)
+    assert finding.reason == 'no frame has a verdict'

@@ -8,6 +8,7 @@ import numpy as np
 from rclpy.parameter import Parameter
 
 from idem_ros.core import InvalidConfig, RegistrationConfig, register
+from idem_ros.node.parameters import unknown_parameters
 from idem_ros.transform_message import matrix_of
 
 
@@ -70,3 +71,15 @@ def test_parameters_that_contradict_each_other_are_refused_together(bench):
 def test_bad_parameter_at_the_start_raises(bench):
     with pytest.raises(InvalidConfig, match='length_scale'):
         bench(length_scale='metre').start()
+
+
+def test_what_is_no_parameter_is_named_at_the_start(bench, capfd):
+    b = bench(voxelsize=0.5, other_node_s=1).start()
+    assert unknown_parameters(b.node) == ['voxelsize (voxel_size?)', 'other_node_s']
+    assert 'no parameter of this node: voxelsize (voxel_size?)' in capfd.readouterr().err
+
+
+def test_what_it_waits_for_is_on_the_console(bench, capfd):
+    b = bench().start()
+    b.until(lambda: b.statuses('waiting'))
+    assert 'waiting for target' in capfd.readouterr().err

@@ -95,3 +95,10 @@ def test_a_value_that_is_no_such_thing_is_refused_by_the_parser(argv, capsys):
         parsed(*argv)
     assert ended.value.code == 2
     assert argv[0] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('text', ['abc', '', '1,2'])
+def test_what_is_neither_a_number_nor_none_is_named(capsys, text):
+    with pytest.raises(SystemExit):
+        parsed('--voxel-size', text)
+    assert f'{text!r} is neither a number nor none' in capsys.readouterr().err

@@ -46,10 +46,13 @@ def test_the_table_has_a_row_for_each_and_names_what_failed_and_what_to_know(ove
     lines = overall_table(overall.record()).splitlines()
     assert [line.split()[1] for line in lines[2:5]] == ['a.mcap', 'b.mcap', 'all']
     assert 'note: b.mcap: cut off' in lines
-    assert lines[-2:] == ['2 of 3 recordings evaluated', '  not c.mcap is empty']
+    assert lines[-2:] == ['2 of 3 recordings evaluated', '  not evaluated: c.mcap is empty']
 
 
 def test_of_nothing_there_is_no_table():
     overall = Overall()
     overall.add_failure('c.mcap', 'why')
-    assert overall_table(overall.record()) == '0 of 1 recordings evaluated\n  not c.mcap: why'
+    assert (
+        overall_table(overall.record())
+        == '0 of 1 recordings evaluated\n  not evaluated: c.mcap: why'
+    )

@@ -43,7 +43,7 @@ def test_a_span_of_the_recording_keeps_the_map_from_before_it(tmp_path, messages
     (result,) = replay_each(tmp_path / 'scans.mcap', [settings])
     assert [frame.refinement.stamp for frame in result.frames] == [1_200_000_000]
     assert result.frames[0].truth is not None
-    assert result.notes == ('1 sources left out: taken is every 1. from 0.15 s on for 0.1 s',)
+    assert result.notes == ('1 sources left out: one in 1 is taken, from 0.15 s on for 0.1 s',)
 
 
 def test_reading_ends_with_the_span(tmp_path, rng):

@@ -43,7 +43,7 @@ def test_what_is_left_out_is_noted():
     selection = Selection(Settings(start=1.0, duration=2.0, every=2), BEGIN)
     for i in range(5):
         selection.takes(BEGIN + i * SECOND)
-    assert selection.note() == '4 sources left out: taken is every 2. from 1 s on for 2 s'
+    assert selection.note() == '4 sources left out: one in 2 is taken, from 1 s on for 2 s'
 
 
 @pytest.mark.parametrize(

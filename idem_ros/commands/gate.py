@@ -14,13 +14,15 @@ print every rule with the value found, and say by the exit code whether all hold
     - translation_error_m.p90 < 0.05
     - time_ms.p95 < 100
     - status.converged >= 0.95
+    - verdict.aligned >= 0.9
     - frames >= 20
     - dropped == 0
 
 A rule is NAME[.STATISTIC] OP NUMBER. OP: < <= > >= == !=. NAME:
 
   frames refused dropped unpaired   counts; without a statistic
-  status.converged and its like     the share of the frames that ended so
+  status.converged verdict.aligned  and their like: the share of the frames that ended,
+                                    or were judged, so
   any number of a frame, as in the file: translation_error_m, rotation_error_deg
   (each also with _before, at the guess), q_tot, q_mean, overlap, time_ms ...
   with one of mean median min max count p1 .. p99.9

@@ -109,11 +109,17 @@ def _parser_of(field):
 
 
 def _whole_or_none(text):
-    return None if text == 'none' else int(text)
+    try:
+        return None if text == 'none' else int(text)
+    except ValueError as error:
+        raise ArgumentTypeError(f'{text!r} is neither a whole number nor none') from error
 
 
 def _real_or_none(text):
-    return None if text == 'none' else float(text)
+    try:
+        return None if text == 'none' else float(text)
+    except ValueError as error:
+        raise ArgumentTypeError(f'{text!r} is neither a number nor none') from error
 
 
 def _numbers(text):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from idem_ros.core.assessment import Verdict
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.status import Status
 
@@ -28,8 +29,11 @@ OPERATORS = {
     '!=': operator.ne,
 }
 STATISTICS = {'mean': np.mean, 'median': np.median, 'min': np.min, 'max': np.max, 'count': len}
-STATUS = 'status'
-STATUSES = tuple(status.value for status in Status)
+SHARES = {
+    'status': tuple(status.value for status in Status),
+    'verdict': tuple(verdict.value for verdict in Verdict),
+}
+"""What each frame has one of: a rule is about the share of the frames that have it."""
 
 
 class BadRules(IdemError):
@@ -116,9 +120,9 @@ def _rule(node, place):
 
 
 def _require_known(rule, counts, numbers):
-    if rule.name == STATUS:
-        right = [f'{STATUS}.{status}' for status in STATUSES]
-        if rule.statistic not in STATUSES:
+    if rule.name in SHARES:
+        right = [f'{rule.name}.{value}' for value in SHARES[rule.name]]
+        if rule.statistic not in SHARES[rule.name]:
             raise BadRules(f'{rule.place}: {rule.text!r} must begin with {", ".join(right)}')
     elif rule.name in counts:
         if rule.statistic:
@@ -126,7 +130,7 @@ def _require_known(rule, counts, numbers):
     elif rule.name not in numbers and any(numbers):
         raise BadRules(
             f'{rule.place}: no result has {rule.name!r}; there are '
-            f'{", ".join([*sorted(counts), STATUS, *numbers])}'
+            f'{", ".join([*sorted(counts), *SHARES, *numbers])}'
         )
     elif rule.statistic not in STATISTICS and not PERCENTILE.fullmatch(rule.statistic or ''):
         raise BadRules(
@@ -147,9 +151,11 @@ def _value(rule, result):
         return result.counts[rule.name], ''
     if not result.frames:
         return None, 'no frame was refined'
-    if rule.name == STATUS:
-        statuses = [frame.get(STATUS) for frame in result.frames]
-        return statuses.count(rule.statistic) / len(statuses), ''
+    if rule.name in SHARES:
+        found = [frame.get(rule.name) for frame in result.frames]
+        if not any(found):
+            return None, f'no frame has a {rule.name}'
+        return found.count(rule.statistic) / len(found), ''
     values = result.values(rule.name)
     known = values[~np.isnan(values)]
     if not known.size and rule.statistic != 'count':

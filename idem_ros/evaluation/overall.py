@@ -85,7 +85,7 @@ def overall_table(record):
     for entry in evaluated:
         lines += [f'note: {entry["bag"]}: {note}' for note in entry['notes']]
     lines.append(f'{len(evaluated)} of {len(evaluated) + len(failed)} recordings evaluated')
-    lines += [f'  not {_named(entry["bag"], entry["reason"])}' for entry in failed]
+    lines += [f'  not evaluated: {_named(entry["bag"], entry["reason"])}' for entry in failed]
     return '\n'.join(lines)
 
 

@@ -45,6 +45,5 @@ class Selection:
             self._settings.every,
         )
         until = '' if duration is None else f' for {duration:g} s'
-        return (
-            f'{self.left_out} sources left out: taken is every {every}. from {start:g} s on{until}'
-        )
+        taken = f'one in {every} is taken, from {start:g} s on{until}'
+        return f'{self.left_out} sources left out: {taken}'

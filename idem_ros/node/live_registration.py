@@ -16,7 +16,7 @@ from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import CONFIGS, INPUTS, TF_INPUTS
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.outputs import Outputs, require_outputs
-from idem_ros.node.parameters import declare_parameters, read_config
+from idem_ros.node.parameters import declare_parameters, read_config, unknown_parameters
 from idem_ros.node.report import PERIOD, Report
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import require_messages
@@ -60,6 +60,8 @@ class LiveRegistration:
     def __init__(self, node: Node):
         self.node = node
         declare_parameters(node)
+        if unknown := unknown_parameters(node):  # a file of parameters may be other nodes', too
+            node.get_logger().warning(f'no parameter of this node: {", ".join(unknown)}')
         self.traffic = Traffic((*INPUTS, *TF_INPUTS), time.monotonic())
         self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_source, self._on_jump)
         self.worker: LatestOnlyWorker | None = None
@@ -127,6 +129,11 @@ class LiveRegistration:
         worker = self.worker
         worker.stop()
         self._dropped_before += worker.dropped
+        refused = self.traffic.refused + self.inputs.pairing.refused
+        self.node.get_logger().info(
+            f'of {self.traffic.received} sources {self.traffic.answered} were answered, '
+            f'{refused} refused, {self.dropped} dropped'
+        )
         self.worker, self._newest, self._report.is_on = None, None, False
 
     def close(self) -> None:

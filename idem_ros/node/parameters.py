@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import Field, fields
+from difflib import get_close_matches
 from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -43,6 +44,17 @@ def declare_parameters(node: Node) -> None:
                 given = node.declare_parameter(name, default, anything)
                 config_type(**{field.name: value_of(field, given.value)})
                 raise InvalidConfig(f'{name}: {error}') from error
+
+
+def unknown_parameters(node: Node) -> list[str]:
+    """Name what the node was started with that is no parameter of it, and what may be meant."""
+    known = [parameter_name(field) for each in CONFIGS for field in fields(each)]
+    said = []
+    for name in node._parameter_overrides:  # rclpy has no public way to ask
+        if not node.has_parameter(name) and not name.startswith('qos_overrides.'):
+            close = get_close_matches(name, known, 1)
+            said.append(name + (f' ({close[0]}?)' if close else ''))
+    return said
 
 
 def read_config(

@@ -14,6 +14,7 @@ from idem_ros.refinement import Refinement
 
 PERIOD = 1.0  # [s]
 STALE_AFTER = 5.0  # [s] without a result or a refusal
+SAID_AGAIN = 60.0  # [s], on the console
 KEPT = 10
 LEVELS = {
     OK: DiagnosticStatus.OK,
@@ -73,8 +74,10 @@ class Report:
             load: on the traffic.
         """
         if not self._reported_lately:
-            values = {'status': state, 'reason': reason, **counts}
-            self._send('registration', self._level_of(state), reason, values, self._now())
+            values, level = {'status': state, 'reason': reason, **counts}, self._level_of(state)
+            self._send('registration', level, reason, values, self._now())
+            if level == STALE:
+                self._node.get_logger().warning(reason, throttle_duration_sec=SAID_AGAIN)
         self._reported_lately = False
         self._send('load', load.level, load.reason, load.values, self._now())
 
