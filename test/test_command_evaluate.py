@@ -87,7 +87,7 @@ def test_without_a_folder_for_results_only_the_table_is_printed(folder, capsys):
 
 def test_what_cannot_be_read_is_named_and_the_others_go_on(broken, capsys):
     assert main(['evaluate', 'drives', '--jobs', '2', '--out', 'out']) == 1
-    assert 'not drives/z.mcap' in capsys.readouterr().out
+    assert 'not evaluated: drives/z.mcap' in capsys.readouterr().out
     summary = summary_of(broken)
     assert (summary['evaluated'], summary['failed']) == (3, 1)
     assert summary['recordings'][-1]['bag'] == 'drives/z.mcap'

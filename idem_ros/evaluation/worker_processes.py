@@ -72,7 +72,7 @@ def _round(tasks, indices, jobs, counters, watch):
             for i in indices:
                 if counters[3 * i + BEGUN]:
                     watch(i, counters[3 * i + DONE], counters[3 * i + TOTAL])
-            for future in ended:
+            for future in sorted(ended, key=indices_of.get):  # as the tasks are, not as a set is
                 index = indices_of.pop(future)
                 try:
                     yield index, future.result()
