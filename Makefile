@@ -40,6 +40,7 @@ bench: $(READY)
 	$(BIN)/idem bench accuracy --markdown docs/bench_accuracy.md
 	$(BIN)/idem bench speed --markdown docs/bench_speed.md
 	$(BIN)/idem bench trust --markdown docs/bench_trust.md
+	$(BIN)/idem bench evaluation --markdown docs/bench_evaluation.md
 
 # build/lib is removed: setuptools would pack what is no longer in the checkout
 wheel: $(INSTALLED)/.ready

@@ -125,6 +125,7 @@ def _seen(joint, T, hold, gradient, matrix):
     firmness = np.maximum(hold.strength[~hold.free], LEAST_FIRMNESS)
 
     def relative(some, sample):
+        """Return the lesser rise along some of the motions, over how firmly each is held."""
         rise = contrasts(joint, T, held[:, some], sample).reshape(-1, 2).min(axis=1)
         return rise / firmness[some]
 

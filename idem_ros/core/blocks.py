@@ -29,6 +29,7 @@ def in_threads(threads, call, items):
         return [call(item) for item in items]
 
     def share(k):
+        """Return the results of the k-th thread's items."""
         return [call(item) for item in items[k::threads]]
 
     others = [_pool(threads - 1).submit(share, k) for k in range(1, threads)]

@@ -54,6 +54,7 @@ def _candidates(points, grid, T_points_grid, reach, threads):
     R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
 
     def enumerate_block(begin, end):
+        """Return the counts and the candidates of a block of points."""
         return _enumerate(points[begin:end], R, t, grid, reach**2)
 
     blocks = in_blocks(len(points), threads, enumerate_block)

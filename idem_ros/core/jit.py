@@ -25,6 +25,7 @@ class _Teller(event.Listener):
         self.has_told = False
 
     def on_start(self, event):
+        """Tell, where the kernel is one of this package."""
         module = event.data['dispatcher'].py_func.__module__
         if not self.has_told and module.startswith(PACKAGE):
             self.has_told = True

@@ -81,6 +81,7 @@ class JointEntropy:
         around = (others.grid.points, *candidates, *_rotation_and_translation(T))
 
         def fill(begin, end):
+            """Fill q_i and the points in reach of a block of centres."""
             out = (begin, end, sorted_q, sorted_reach)
             entropy_difference(*own, *around, self.r2, self.scale, *out)
 
@@ -95,6 +96,7 @@ class JointEntropy:
         size = (self.r2, self.scale, self.noise, self.slide)
 
         def sums_of(begin, end):
+            """Return the sums (27,) of a block of centres."""
             sums = np.zeros((1, SUMS))
             linearize(*own, *around, *size, (begin, end, 1), IN_ONE, sums)
             return sums[0]

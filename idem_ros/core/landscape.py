@@ -77,6 +77,7 @@ class Landscape:
         spans = [slice(begin, begin + SPAN) for begin in range(0, len(q), SPAN)]
 
         def fill(span):
+            """Evaluate a block of the poses."""
             pair = (self._centres, self._others)
             size = (self.radius**2 * TIE, self._scale)
             _evaluate(
