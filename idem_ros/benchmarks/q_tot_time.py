@@ -5,7 +5,8 @@ import numpy as np
 from idem_ros.benchmarks.case import displaced
 from idem_ros.benchmarks.speed_cases import STAIRCASE, staircase
 from idem_ros.benchmarks.timing import interleaved_ms, median_and_p95
-from idem_ros.core import Cloud, q_tot, search_radius
+from idem_ros.core import q_tot, search_radius
+from idem_ros.core.landscape import Landscape
 
 
 def q_tot_ms(rounds, sizes=STAIRCASE):
@@ -15,12 +16,12 @@ def q_tot_ms(rounds, sizes=STAIRCASE):
     radius = search_radius(target, source)
     center = source.mean(axis=0)
     poses = [displaced(np.eye(4), center, 0.1, 0.2 * radius, rng) for _ in range(8)]
-    clouds = Cloud(target), Cloud(source)
+    landscape = Landscape(target, source, radius)
     calls = {
         'points only': lambda k: q_tot(target, source, poses[k % 8]),
         'points and radius': lambda k: q_tot(target, source, poses[k % 8], radius=radius),
-        'prepared clouds': lambda k: q_tot(*clouds, poses[k % 8], radius=radius),
     }
+    calls['one of many poses'] = lambda k: landscape.at(poses[k % 8][None])
     times = interleaved_ms(calls, rounds)
     return {
         'points': sizes,

@@ -6,7 +6,14 @@ from numba import njit
 from idem_ros.core import se3
 from idem_ros.core.grid import neighbours
 from idem_ros.core.jit import JIT
-from idem_ros.core.moments import entropy, into_frame, plus, rotated, unit_moments
+from idem_ros.core.moments import (
+    entropy,
+    into_frame,
+    plus,
+    rotated,
+    row_of,
+    unit_moments,
+)
 
 SAMPLE = 128  # centres of each cloud, about
 
@@ -65,5 +72,5 @@ def _sum_at_each(centres, own, h_own, chosen, grid, R, t, r2, scale, q, within):
                     break
                 continue
             m = unit_moments(x, y, z, grid.points, found, 0, n, r2)
-            q[k] += entropy(plus(own, i, rotated(R[k], m)), scale) - h_own[i]
+            q[k] += entropy(plus(row_of(own, i), rotated(R[k], m)), scale) - h_own[i]
             within[k] += 1.0

@@ -90,9 +90,7 @@ def neighbours(px, py, pz, grid, r2, found):
     found must hold one index more than the grid has points.
     """
     points, start, bits, cell = grid.points, grid.start, grid.bits, grid.cell
-    ix = np.int64(np.floor((px - grid.low[0]) / cell))
-    iy = np.int64(np.floor((py - grid.low[1]) / cell))
-    iz = np.int64(np.floor((pz - grid.low[2]) / cell))
+    ix, iy, iz = cell_of(px, py, pz, grid)
     n = np.uint64(0)
     if ix < -1 or iy < -1 or iz < -1:
         return n
@@ -110,14 +108,49 @@ def neighbours(px, py, pz, grid, r2, found):
             row = ((((iz + oz) & mask_z) << bits[1]) | ((iy + oy) & mask_y)) << bits[0]
             begin, end = start[row + first], start[row + last + 1]
             if first > last:  # the three cells lie across the end of the period
-                n = _within(px, py, pz, points, start[row], end, r2, found, n)
+                n = within(px, py, pz, points, start[row], end, r2, found, n)
                 end = start[row + mask_x + 1]
-            n = _within(px, py, pz, points, begin, end, r2, found, n)
+            n = within(px, py, pz, points, begin, end, r2, found, n)
     return n
 
 
 @njit(**JIT)
-def _within(px, py, pz, points, begin, end, r2, found, n):
+def cell_of(px, py, pz, grid):
+    """Return the cell of a place, which may lie outside the grid."""
+    return (
+        np.int64(np.floor((px - grid.low[0]) / grid.cell)),
+        np.int64(np.floor((py - grid.low[1]) / grid.cell)),
+        np.int64(np.floor((pz - grid.low[2]) / grid.cell)),
+    )
+
+
+@njit(**JIT)
+def rows_around(cell, grid, least, rows):
+    """Write begin and end of the points around a cell, row by row, to rows (18, 2); return count.
+
+    Rows that end at or before the index least are left out.
+    """
+    ix, iy, iz = cell
+    start, bits = grid.start, grid.bits
+    mask_x, mask_y, mask_z = (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
+    first, last = (ix - 1) & mask_x, (ix + 1) & mask_x
+    n = 0
+    for oz in range(-1, 2):
+        for oy in range(-1, 2):
+            row = ((((iz + oz) & mask_z) << bits[1]) | ((iy + oy) & mask_y)) << bits[0]
+            begin, end = start[row + first], start[row + last + 1]
+            if first > last:  # the three cells lie across the end of the period
+                rows[n, 0], rows[n, 1] = start[row], end
+                n += end > max(start[row], least)
+                end = start[row + mask_x + 1]
+            rows[n, 0], rows[n, 1] = begin, end
+            n += end > max(begin, least)
+    return n
+
+
+@njit(**JIT)
+def within(px, py, pz, points, begin, end, r2, found, n):
+    """Write the indices in [begin, end) of points within sqrt(r2) of p to found[n:]; count on."""
     for j in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         found[n] = j  # kept only if it is counted: no branch to mispredict

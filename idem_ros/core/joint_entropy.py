@@ -25,16 +25,14 @@ class JointEntropy:
         length_scale: 'radius' or 'none'.
         threads: for the kernels; the results are the same for any number.
         slide: whether the linearisation leaves out the pull along the surface.
-        skin: how far the source may move, over the radius, before pairs are enumerated again;
-            at most SKIN.
     """
 
-    def __init__(self, target, source, radius, length_scale, threads=1, slide=False, skin=SKIN):
+    def __init__(self, target, source, radius, length_scale, threads=1, slide=False):
         self.radius = radius
         self.r2 = radius * radius * TIE
         self.scale = length_unit(length_scale, radius)
         self.noise = (NOISE * radius) ** 2
-        self.skin = skin * radius
+        self.skin = SKIN * radius
         self.reach = radius * TIE + self.skin
         self.target, self.source = neighbourhoods([target, source], radius, self.scale, threads)
         self.pairs = None

@@ -156,7 +156,7 @@ def _of_centres(centres, grid, R, t, r2, scale, found, others_m):
         if n == 0:
             continue
         m = _shared_moments(x, y, z, grid.points, found, n, others_m)
-        total += entropy(plus(centres.own, i, rotated(R, m)), scale) - centres.entropy[i]
+        total += entropy(plus(row_of(centres.own, i), rotated(R, m)), scale) - centres.entropy[i]
         count += 1
     return total, count
 
@@ -167,7 +167,7 @@ def _of_others(others, others_m, scale):
     total, count = 0.0, 0
     for j in range(others.own.shape[0]):
         if others_m[j, 0] > 0.0:
-            joint = plus(others.own, j, row_of(others_m, j))
+            joint = plus(row_of(others.own, j), row_of(others_m, j))
             total += entropy(joint, scale) - others.entropy[j]
             count += 1
     return total, count

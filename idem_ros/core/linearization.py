@@ -18,6 +18,7 @@ from idem_ros.core.moments import (
     plus,
     raw_moments,
     rotated,
+    row_of,
     unit_moments,
 )
 
@@ -53,7 +54,7 @@ def linearize(
         if m[0] == 0.0:
             continue
         cross = rotated(R, m)
-        joint = plus(own, i, cross)
+        joint = plus(row_of(own, i), cross)
         if joint[0] <= MOST_WITHOUT_ENTROPY:
             continue
         xx, xy, xz, yy, yz, zz = covariance(joint)

@@ -6,7 +6,8 @@ from idem_ros.core import se3
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import LENGTH_SCALES
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.joint_entropy import JointEntropy, between_origins
+from idem_ros.core.joint_cloud import differences
+from idem_ros.core.joint_entropy import between_origins, length_unit
 from idem_ros.core.radii import weighted_radius
 
 
@@ -48,8 +49,11 @@ def q_per_point(
     if radius == 0.0:  # all points in one place: det Sigma = 0, and with it every entropy
         q_target, q_source = np.zeros(len(target)), np.zeros(len(source))
     else:
-        joint = JointEntropy(target, source, radius, length_scale, skin=0.0)
-        (q_target, _), (q_source, _) = joint.per_point(between_origins(target, source, T))
+        pose = between_origins(target, source, T)
+        scale = length_unit(length_scale, radius)
+        (q_target, _), (q_source, _) = differences(
+            target.points, source.points, pose, radius, scale
+        )
     return _in_given_order(target, q_target), _in_given_order(source, q_source)
 
 

@@ -127,19 +127,19 @@ def row_of(m, i):
 
 
 @njit(**JIT)
-def plus(own, i, m):
-    """Add the own moments of centre i to moments m."""
+def plus(a, b):
+    """Return the sum of two moments."""
     return (
-        own[i, 0] + m[0],
-        own[i, 1] + m[1],
-        own[i, 2] + m[2],
-        own[i, 3] + m[3],
-        own[i, 4] + m[4],
-        own[i, 5] + m[5],
-        own[i, 6] + m[6],
-        own[i, 7] + m[7],
-        own[i, 8] + m[8],
-        own[i, 9] + m[9],
+        a[0] + b[0],
+        a[1] + b[1],
+        a[2] + b[2],
+        a[3] + b[3],
+        a[4] + b[4],
+        a[5] + b[5],
+        a[6] + b[6],
+        a[7] + b[7],
+        a[8] + b[8],
+        a[9] + b[9],
     )
 
 
@@ -192,4 +192,6 @@ def entropy_difference(
         x, y, z = into_frame(centres[i], R, t)
         m = unit_moments(x, y, z, points, member, first[i], first[i + 1], r2)
         reach[i] = m[0]
-        q[i] = entropy(plus(own, i, rotated(R, m)), scale) - h_own[i] if m[0] > 0.0 else 0.0
+        q[i] = (
+            entropy(plus(row_of(own, i), rotated(R, m)), scale) - h_own[i] if m[0] > 0.0 else 0.0
+        )

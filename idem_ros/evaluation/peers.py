@@ -6,7 +6,8 @@ import numpy as np
 
 from idem_ros.benchmarks.methods import CRITERIA, NEIGHBOURS, small_gicp
 from idem_ros.core import RegistrationResult, Status, register
-from idem_ros.core.joint_entropy import JointEntropy, between_origins, from_origins
+from idem_ros.core.joint_cloud import differences
+from idem_ros.core.joint_entropy import between_origins, from_origins, length_unit
 from idem_ros.core.metric import overlap_of
 from idem_ros.evaluation.settings import IDEM
 from idem_ros.refinement import Idem
@@ -95,9 +96,9 @@ class Peer:
         if radius == 0.0:  # nothing to evaluate: as `register` has it
             return replace(result, q_tot=0.0, q_mean=0.0, overlap=0.0, radius=0.0)
         target, source = _registered(target, source, config)
-        joint = JointEntropy(target, source, radius, config.length_scale, skin=0.0)
-        (q_target, reach_target), (q_source, reach_source) = joint.per_point(
-            between_origins(target, source, T)
+        pose, scale = between_origins(target, source, T), length_unit(config.length_scale, radius)
+        (q_target, reach_target), (q_source, reach_source) = differences(
+            target.points, source.points, pose, radius, scale
         )
         q = float(q_target.sum() + q_source.sum())
         within, overlap = overlap_of(reach_target, reach_source)
