@@ -5,7 +5,8 @@ from clouds import motion, surface
 
 from idem_ros.core import Cloud, RegistrationConfig, register
 from idem_ros.core.cloud import neighbourhoods
-from idem_ros.core.noise import _covariances, widening
+from idem_ros.core.moments import covariance
+from idem_ros.core.noise import widening
 
 
 def plane(rng, sigma):
@@ -15,10 +16,11 @@ def plane(rng, sigma):
 def test_covariances_are_those_of_the_members(rng):
     cloud = Cloud(rng.random((200, 3)))
     own = neighbourhoods([cloud], 0.4, 0.4)[0]
-    got = _covariances(own.unit_own[:10])
-    for p, upper in zip(own.grid.points, got, strict=False):
+    for p, moments in zip(own.grid.points[:10], own.unit_own, strict=False):
         expected = np.cov(naive.ball(cloud.points, p, 0.4).T, bias=True)
-        np.testing.assert_allclose(naive.symmetric(upper), expected, atol=1e-12)
+        np.testing.assert_allclose(
+            naive.symmetric(covariance(tuple(moments))), expected, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize('sigma', [0.001, 0.004])

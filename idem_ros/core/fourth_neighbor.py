@@ -7,7 +7,7 @@ from idem_ros.core.grid import build_grid, neighbours
 from idem_ros.core.jit import JIT
 
 FEW = 16  # points for which looking at all others costs no more than sorting them into cells
-REACH = 2.0  # of the upper quartile of these: nearly all points are settled in the first round
+REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
 GROWTH = 3.0
 LEAST_REACH = 1e-9  # of the extent, where most points are copies
 

@@ -1,12 +1,16 @@
 """How much of a ball is noise: the thickness of surfaces, and the wider ball it asks for."""
 
 import numpy as np
+from numba import njit
+
+from idem_ros.core.jit import JIT
+from idem_ros.core.moments import covariance, determinant, row_of
 
 QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
 LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise
 # Members along a line, as one ring of a LiDAR leaves them, lie on the ring's cone: no noise shows.
 LEAST_SPREAD = 0.08  # of the second axis against the first, about
-SAMPLE = 1024  # balls of each cloud, about
+SAMPLE = 512  # balls of each cloud, about
 ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained nothing
 WIDEST = 2.0
 
@@ -31,19 +35,27 @@ def thickness_and_members(own):
 
     own: (N, 10) moments of the balls.
     """
-    own = own[own[:, 0] >= LEAST_MEMBERS]
-    k, (xx, xy, xz, yy, yz, zz) = own[:, 0], _covariances(own).T
-    minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
-    sheet = minors > LEAST_SPREAD * (xx + yy + zz) ** 2
-    if not sheet.any():
+    squares, members = _of_sheets(own)
+    if len(squares) == 0:
         return 0.0, 0.0
-    det = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
-    # det / (sum of principal minors) is the least eigenvalue where it is much the least.
-    least = np.maximum(det[sheet], 0.0) / minors[sheet] * k[sheet] / (k[sheet] - 3)
-    return float(np.quantile(np.sqrt(least), QUARTILE)), float(np.median(k))
+    return float(np.sqrt(np.quantile(squares, QUARTILE))), float(np.median(members))
 
 
-def _covariances(moments):
-    mean = moments[:, 1:4] / moments[:, :1]
-    outer = mean[:, [0, 0, 0, 1, 1, 2]] * mean[:, [0, 1, 2, 1, 2, 2]]
-    return moments[:, 4:] / moments[:, :1] - outer
+@njit(**JIT)
+def _of_sheets(own):
+    """Return the squared thickness of those balls that hold a sheet, and all balls' members."""
+    squares, members = np.empty(len(own)), np.empty(len(own))
+    n = m = 0
+    for i in range(len(own)):
+        k = own[i, 0]
+        if k < LEAST_MEMBERS:
+            continue
+        members[m] = k
+        m += 1
+        s = xx, xy, xz, yy, yz, zz = covariance(row_of(own, i))
+        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+        if minors > LEAST_SPREAD * (xx + yy + zz) ** 2:
+            # det / (sum of principal minors) is the least eigenvalue where it is much the least.
+            squares[n] = max(determinant(s), 0.0) / minors * k / (k - 3.0)
+            n += 1
+    return squares[:n], members[:m]

@@ -5,7 +5,7 @@ import numpy as np
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.grid import bounds
 
-SAMPLE = 1024  # points, at least, that a registration estimates the spacing of a cloud from
+SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
 VOXELS = 0.8  # of the last radius: their raw points tell a surface's direction in a narrower ball
 STEPS_PER_OCTAVE = 8
 WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it

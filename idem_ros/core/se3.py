@@ -1,9 +1,11 @@
 """Rigid motions as 4x4 matrices: checked, inverted, and the exponential of a twist."""
 
 import numpy as np
+from numba import njit
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import InvalidTransform
+from idem_ros.core.jit import JIT
 
 ORTHONORMALITY_TOLERANCE = 1e-3
 
@@ -44,10 +46,16 @@ def checked_transform(transform, name='T_target_source'):
 
 def inverse(transform):
     """Return the inverse of a (4, 4) rigid transform."""
-    rotation_t = transform[:3, :3].T
+    return _inverse(np.ascontiguousarray(transform, dtype=np.float64))
+
+
+@njit(**JIT)
+def _inverse(T):
     result = np.eye(4)
-    result[:3, :3] = rotation_t
-    result[:3, 3] = -rotation_t @ transform[:3, 3]
+    for i in range(3):
+        for k in range(3):
+            result[i, k] = T[k, i]
+            result[i, 3] -= T[k, i] * T[k, 3]
     return result
 
 
@@ -65,26 +73,38 @@ def translation(t):
 
 def exp(twist):
     """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
-    hat, a, b, c = _series(twist[:3])
-    square, result = hat @ hat, np.eye(4)
-    result[:3, :3] += a * hat + b * square
-    result[:3, 3] = twist[3:] + (b * hat + c * square) @ twist[3:]
+    return _exp(np.ascontiguousarray(twist, dtype=np.float64))
+
+
+@njit(**JIT)
+def _exp(twist):
+    x, y, z = twist[0], twist[1], twist[2]
+    a, b, c = _series(x * x + y * y + z * z)
+    hat = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+    result = np.eye(4)
+    for i in range(3):
+        result[i, 3] = twist[3 + i]
+        for k in range(3):
+            square = twist[i] * twist[k] - (x * x + y * y + z * z) * (i == k)  # hat @ hat
+            result[i, k] += a * hat[i][k] + b * square
+            result[i, 3] += (b * hat[i][k] + c * square) * twist[3 + k]
     return result
 
 
-def _series(omega):
-    """Return the skew matrix of a rotation vector, sin a / a, (1 - cos a)/a^2, (a - sin a)/a^3."""
-    hat, angle = skew(omega), float(np.sqrt(omega @ omega))
-    if angle < 1e-4:  # Taylor: the last two lose their digits
-        return hat, 1 - angle**2 / 6, 0.5 - angle**2 / 24, 1 / 6 - angle**2 / 120
+@njit(**JIT)
+def _series(square):
+    """Return sin a / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of an angle's square."""
+    if square < 1e-8:  # Taylor: the last two lose their digits
+        return 1 - square / 6, 0.5 - square / 24, 1 / 6 - square / 120
+    angle = np.sqrt(square)
     sine = np.sin(angle)
-    return hat, sine / angle, (1 - np.cos(angle)) / angle**2, (angle - sine) / angle**3
+    return sine / angle, (1 - np.cos(angle)) / square, (angle - sine) / (square * angle)
 
 
 def log(transform):
     """Return the twist (omega, v), (6,), whose `exp` is a (4, 4) rigid transform."""
     omega = Rotation.from_matrix(transform[:3, :3]).as_rotvec()
-    hat, _, b, c = _series(omega)
+    hat, (_, b, c) = skew(omega), _series(omega @ omega)
     left_jacobian = np.eye(3) + b * hat + c * hat @ hat
     return np.r_[omega, np.linalg.solve(left_jacobian, transform[:3, 3])]
 
