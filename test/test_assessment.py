@@ -44,6 +44,34 @@ def test_a_displaced_pose_is_misaligned_and_stays_where_it_is(rng, pair):
     assert wrong.assessment.p_aligned < 0.2
 
 
+def test_what_is_seen_of_a_pose_has_no_unit(rng, pair):
+    target, source, truth = pair
+    near = displaced(truth, source.mean(axis=0), 2.0, 0.02, rng)
+    seen = [
+        register(scale * target, scale * source, scaled(near, scale), config).assessment
+        for scale in (1.0, 1024.0)  # radii are rounded to eighths of an octave
+        for config in (AUDIT, RegistrationConfig(mode='audit', length_scale='none'))
+    ]
+    assert seen[0].discord > 0.1
+    for said in seen[1:]:
+        for name in ('discord', 'contrast', 'step'):
+            assert getattr(said, name) == pytest.approx(getattr(seen[0], name), rel=0.02), name
+
+
+def scaled(T, scale):
+    T = T.copy()
+    T[:3, 3] *= scale
+    return T
+
+
+def test_surfaces_that_stand_apart_are_in_discord(rng, pair):
+    target, source, truth = pair
+    there = register(target, source, truth, AUDIT).assessment
+    away = register(target, source, displaced(truth, source.mean(axis=0), 20.0, 0, rng), AUDIT)
+    assert there.discord < 0.45 < away.assessment.discord
+    assert away.assessment.contrast < there.contrast
+
+
 def test_clouds_apart_are_separated(pair):
     target, source, truth = pair
     far = truth.copy()

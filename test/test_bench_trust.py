@@ -25,19 +25,20 @@ from idem_ros.core.verdict_model import probability
 SIMILAR = partial(condition, 'similar', 7)
 
 
-def judged(kind, right, contrast, step, peer=0.0):
-    return Judged(kind, 'solved', right, contrast, step, 0.5, '', (peer,) * len(PEER_SCORES))
+def judged(kind, right, discord, contrast, step, peer=0.0, overlap=1.0):
+    numbers = (discord, contrast, step, 0.5, '', overlap)
+    return Judged(kind, 'solved', right, *numbers, (peer,) * len(PEER_SCORES))
 
 
 @pytest.fixture
 def poses(rng):
-    """Two kinds of scene, in which the right poses have contrast, and the wrong ones none."""
+    """Two kinds of scene, in which the right poses have no discord, and the wrong ones much."""
     found = []
     for kind in ('a', 'b'):
         for right in (True, False):
             for _ in range(50):
-                contrast = rng.uniform(0.3, 2.0) if right else rng.uniform(0.0, 0.05)
-                found.append(judged(kind, right, contrast, 1e-4, rng.normal()))
+                discord = rng.uniform(0.1, 0.4) if right else rng.uniform(0.5, 1.5)
+                found.append(judged(kind, right, discord, *rng.random(2), rng.normal()))
     return found
 
 
@@ -48,11 +49,12 @@ def test_a_model_fitted_to_one_kind_judges_another(poses):
 
 
 def test_the_fit_recovers_a_model_that_made_the_labels(rng):
-    true = np.array([3.0, -2.0, -4.0])
-    numbers = 10.0 ** rng.uniform([-2, -3], [1, 0], (4000, 2))
-    right = rng.random(4000) < probability(*numbers.T, true)
+    true = np.array([-6.0, 3.0, -2.0, 0.5])
+    numbers = rng.uniform([0.0, -0.5, -3.0], [1.5, 1.0, 0.0], (8000, 3))
+    numbers[:, 2] = 10.0 ** numbers[:, 2]
+    right = rng.random(len(numbers)) < probability(*numbers.T, true)
     found = fitted([judged('a', bool(r), *n) for r, n in zip(right, numbers, strict=True)])
-    np.testing.assert_allclose(found[:2], true[:2], rtol=0.15)
+    np.testing.assert_allclose(found[:3], true[:3], rtol=0.15)
 
 
 def test_credibility_is_fitted_back_to_what_foretold(rng):

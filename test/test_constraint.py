@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 from clouds import surface
 
-from idem_ros.benchmarks.bare_scenes import BARE_SCENES, bare_case
+from idem_ros.benchmarks.bare_scenes import BARE_SCENES, BOX_AT, bare_case
 from idem_ros.benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, register, se3
 from idem_ros.core.constraint import _normal, hold_of, unit_motions
-from idem_ros.core.joint_entropy import JointEntropy
+from idem_ros.core.joint_entropy import JointEntropy, between_origins
 
 TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
 
@@ -61,8 +61,21 @@ def test_strengths_are_those_of_the_equations(rng):
     hold = hold_of(JointEntropy(target, source, radius, 'radius'), T)
     moved = se3.transform_points(T, source.points)
     strength, balls = naive.hold(target.points, moved, radius, hold.pivot, hold.arm)
-    assert hold.balls == balls > 500
+    assert len(hold.along) == balls > 500
     np.testing.assert_allclose(hold.strength, strength, rtol=1e-6)
+
+
+def test_a_motion_is_held_by_the_surfaces_across_it():
+    case = bare_case('box in corridor', 0)
+    clouds = Cloud(case.target), Cloud(case.source)
+    joint = JointEntropy(*clouds, 0.4, 'radius')
+    hold = hold_of(joint, between_origins(*clouds, case.truth))
+    forth = int(np.argmax(np.abs(hold.motions[3])))  # along x: only the box is across it
+    motion, (of_target, of_source) = hold.held_by(forth)
+    assert np.abs(motion[3]) == pytest.approx(1.0, abs=0.05)
+    assert 0 < len(of_target) + len(of_source) < 0.1 * len(hold.along)
+    near = np.abs(joint.target.grid.points[of_target, 0] + clouds[0].origin[0] - BOX_AT[0]) < 0.8
+    assert near.mean() > 0.7
 
 
 def test_unit_motions_move_points_at_the_arm_by_one(rng):

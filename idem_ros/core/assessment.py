@@ -11,6 +11,7 @@ from idem_ros.core.basin import gauge
 from idem_ros.core.constraint import unit_motions
 from idem_ros.core.contrast import contrasts
 from idem_ros.core.covariance import FREE_VARIANCE, by_region, covariance_of
+from idem_ros.core.joint_cloud import differences
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.stages import descend
 from idem_ros.core.status import Status
@@ -20,10 +21,8 @@ from idem_ros.core.words import free_in_words
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
 LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of the clouds
 CREDIBLE = 0.5
-FLAT = 0.1  # contrast below which it is to blame for a verdict
-LEAST_FIRMNESS = 1e-4
-# The contrast along every motion is taken from few centres, of the least two from many.
-FEW, MANY, LEAST = 48, 256, 2
+TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
+HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
 
 
 class Verdict(Enum):
@@ -48,8 +47,10 @@ class Assessment:
     free: str = ''  # the motions that nothing holds, in words, in the source's axes
     # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin
     covariance: np.ndarray = field(default_factory=lambda: FREE_VARIANCE * np.eye(6))
-    # least rise of q_mean a radius away along a motion, over how firmly surfaces hold it [nat]
-    contrast: float = 0.0
+    # 90th percentile of q_i over the points that have a neighbour in the other cloud [nat]
+    discord: float = np.nan
+    # least rise of q_mean a radius away along a motion, of the points that hold it [nat]
+    contrast: float = np.nan
     step: float = 0.0  # how far the next step would move the surfaces, over the radius
     overlap: float = 0.0
     basin: float = np.nan  # where the guess was: 0 at the minimum, 1 at the rim of its basin
@@ -82,8 +83,12 @@ def judged(joint, T, hold, overlap, origin, solve):
         reason = f'no point has a neighbour in the other cloud within {joint.radius:.3g}'
         return Assessment(Verdict.SEPARATED, 0.0, reason)
     pulls, stiffness = by_region(joint, T, hold)
-    seen = _seen(joint, T, hold, pulls.sum(axis=0), stiffness.sum(axis=0))
-    p = probability(seen['contrast'], seen['step'])
+    seen = {
+        'discord': discord_of(joint, T),
+        'contrast': _least_contrast(joint, T, hold),
+        'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
+    }
+    p = probability(**seen)
     free = free_in_words(hold, T[:3, :3])
     covariance = covariance_of(joint, T, hold, pulls, stiffness)
     position = T[:3, 3] - T[:3, :3] @ origin
@@ -118,41 +123,56 @@ def too_little(target, source):
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 
-def _seen(joint, T, hold, gradient, matrix):
-    """Return the least relative contrast, and how far the next step moves, over the radius."""
+def discord_of(joint, T):
+    """Return the q_i (Eq. 7) that a tenth of the points that meet exceed, lengths over the radius.
+
+    Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
+    """
+    if joint.scale == joint.radius:
+        found = joint.per_point(T)
+    else:
+        points = (joint.target.grid.points, joint.source.grid.points)
+        found = differences(*points, T, joint.radius, joint.radius)
+    return float(np.quantile(np.concatenate([q[reach > 0.0] for q, reach in found]), TENTH))
+
+
+def _least_contrast(joint, T, hold):
+    """Return the least rise of q_mean where surfaces that hold a motion move by a radius."""
+    rises = []
+    for k in np.flatnonzero(~hold.free):
+        motion, holders = hold.held_by(k)
+        rises.append(contrasts(joint, T, motion[:, None], holders, HOLDERS).min())
+    return float(min(rises, default=0.0))
+
+
+def _step(hold, gradient, matrix):
+    """Return how far the next step along the motions held would move the surfaces."""
     held = hold.motions[:, ~hold.free]
     along, *_ = np.linalg.lstsq(held.T @ matrix @ held, held.T @ gradient, rcond=1e-9)
-    firmness = np.maximum(hold.strength[~hold.free], LEAST_FIRMNESS)
-
-    def relative(some, sample):
-        """Return the lesser rise along some of the motions, over how firmly each is held."""
-        rise = contrasts(joint, T, held[:, some], sample).reshape(-1, 2).min(axis=1)
-        return rise / firmness[some]
-
-    least = np.argsort(relative(slice(None), FEW))[:LEAST]
-    return {
-        'contrast': float(relative(least, MANY).min(initial=np.inf)),
-        'step': float(np.linalg.norm(along)) / joint.radius,
-    }
+    return float(np.linalg.norm(along))
 
 
 def _verdict(p, seen, overlap, free, solve):
     """Return the verdict, the probability and the reason."""
-    contrast, step = seen['contrast'], seen['step']
+    discord, contrast, step = seen['discord'], seen['contrast'], seen['step']
     if overlap < LEAST_OVERLAP:
         share = f'{overlap:.1%} of the points have a neighbour in the other cloud'
         return Verdict.LOW_OVERLAP, p, share
     if p < CREDIBLE:
         if solve.credibility < CREDIBLE:
             return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'
-        if contrast > FLAT:
-            return Verdict.MISALIGNED, p, f'the minimum is {step:.2g} radii away, or more'
-        return Verdict.MISALIGNED, p, f'other poses agree as well: a contrast of {contrast:.2g}'
+        if contrast < 0.0:
+            reason = f'a radius away the clouds agree better, by {-contrast:.2g} nat a point'
+            return Verdict.MISALIGNED, p, reason
+        if probability(discord, contrast, step=0.0) < CREDIBLE:
+            reason = f'a tenth of the points that meet disagree by {discord:.2g} nat or more'
+            return Verdict.MISALIGNED, p, reason
+        return Verdict.MISALIGNED, p, f'the minimum is {step:.2g} radii away, or more'
     if free:
         return Verdict.DEGENERATE, p, f'{free} of the source frame'
     if solve.status in (Status.MAX_ITERATIONS, Status.LATE):
         return Verdict.NOT_CONVERGED, p, f'the solver stopped early: {solve.status.value}'
-    return Verdict.ALIGNED, p, f'every way out leads up, the next step is {step:.1g} radii'
+    return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {step:.1g} radii'
 
 
 def _of_pose(covariance, position):

@@ -20,7 +20,9 @@ def credibility(joint, T_target_source, model):
     In a valley every way out leads up: by how much q_mean rises a radius away, on average.
     """
     motions = unit_motions(*middle_and_arm(joint, T_target_source))
-    mean = float(contrasts(joint, T_target_source, motions, SAMPLE).mean())
+    pairs = joint.pairs_at(T_target_source)
+    near = [np.flatnonzero(np.diff(side.first)) for side in (pairs.of_target, pairs.of_source)]
+    mean = float(contrasts(joint, T_target_source, motions, near, SAMPLE).mean())
     slope, middle = model
     return 1.0 / (1.0 + (middle / max(mean, LEAST)) ** slope)
 

@@ -29,6 +29,7 @@ from idem_ros.core.moments import (
 LEAST_STRENGTH = 0.005
 CHANCE = 3.0  # standard errors
 NOISE = 2.0  # variances of a normal
+HOLDING = 0.5  # of what a motion moves a surface along its normal at most: such hold it
 LEAST_BALLS = 100  # fewer may happen to lie in one plane
 SAMPLE = 1024  # centres of each cloud, about
 LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
@@ -46,15 +47,30 @@ class Hold(NamedTuple):
     # which moves the surfaces by about 1
     pivot: np.ndarray  # (3,) in that frame: the rotations turn about it
     arm: float  # rotations are by 1 / arm
-    balls: int  # that this is known from
+    # (balls, 6): how far each motion moves the surface in a ball along its normal
+    along: np.ndarray
+    centres: tuple[np.ndarray, np.ndarray]  # which of the target's and the source's the balls are
 
     @property
     def free(self):
         """(6,) bool: the motions that nothing holds but chance or noise, as far as balls tell."""
-        if self.balls < LEAST_BALLS:
+        if len(self.along) < LEAST_BALLS:
             return np.zeros(6, bool)
         by_chance = (self.strength < CHANCE * self.error) | (self.strength < NOISE * self.noise)
         return by_chance & (self.strength + CHANCE * self.error < LEAST_STRENGTH)
+
+    def held_by(self, k):
+        """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
+
+        That which it moves most; and which centres, of the target and of the source, it moves by
+        more than half of that: those that hold it.
+        """
+        along = np.abs(self.along[:, k])
+        most = along.max(initial=0.0)
+        if most == 0.0:
+            return self.motions[:, k], tuple(some[:0] for some in self.centres)
+        hold = np.split(along > HOLDING * most, [len(self.centres[0])])
+        return self.motions[:, k] / most, tuple(map(np.compress, hold, self.centres))
 
 
 def hold_of(joint, T_target_source, sample=SAMPLE):
@@ -65,15 +81,16 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     T, pairs = T_target_source, joint.pairs_at(T_target_source)
     back, r2 = se3.inverse(T), joint.r2
     to_source = se3.adjoint(back)
-    *here, x, v = _planes(joint.target, joint.source, pairs.of_target, T, r2, sample)
-    *there, x_there, v_there = _planes(
+    *here, x, v, of_target = _planes(joint.target, joint.source, pairs.of_target, T, r2, sample)
+    *there, x_there, v_there, of_source = _planes(
         joint.source, joint.target, pairs.of_source, back, r2, sample
     )
     x = np.concatenate([x, se3.transform_points(T, x_there)])
     if len(x) == 0:
         pivot, arm = middle_and_arm(joint, T)
         unknown = np.zeros(6), np.full(6, np.inf), np.inf
-        return Hold(*unknown, unit_motions(pivot, arm), pivot, arm, 0)
+        nothing = np.empty((0, 6)), (of_target, of_source)
+        return Hold(*unknown, unit_motions(pivot, arm), pivot, arm, *nothing)
     pivot = x.mean(axis=0)
     arm = max(float(np.sqrt(np.mean(np.sum((x - pivot) ** 2, axis=1)))), joint.radius)
     units = unit_motions(pivot, arm)
@@ -85,7 +102,8 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     mean = a.T @ b / len(x)
     strength, axes = np.linalg.eigh((mean + mean.T) / 2)
     error = ((a @ axes) * (b @ axes)).std(axis=0) / np.sqrt(len(x))
-    return Hold(strength, error, noise, units @ axes, pivot, arm, len(x))
+    known = a @ axes, (of_target, of_source)
+    return Hold(strength, error, noise, units @ axes, pivot, arm, *known)
 
 
 def unit_motions(pivot, arm):
@@ -108,19 +126,22 @@ def middle_and_arm(joint, T_target_source):
 
 
 def _planes(centres, others, candidates, T, r2, sample):
-    """Return j = (x times n, n) of either cloud's plane in each ball, (n, 6), x, (n, 3), and v."""
+    """Return what `_fill_planes` finds in balls of a cloud: j of either plane, x, v and centre."""
     stride = max(len(centres.order) // sample, 1)
     most = len(centres.order) // stride + 1
     a, b, x, v = np.empty((most, 6)), np.empty((most, 6)), np.empty((most, 3)), np.empty(most)
+    chosen = np.empty(most, np.int64)
     own = (centres.grid.points, centres.raw_own)
     R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
     around = (others.grid.points, others.raw, *candidates, R, t)
-    n = _fill_planes(*own, *around, r2, stride, a, b, x, v)
-    return a[:n], b[:n], x[:n], v[:n]
+    n = _fill_planes(*own, *around, r2, stride, a, b, x, v, chosen)
+    return a[:n], b[:n], x[:n], v[:n], chosen[:n]
 
 
 @njit(**JIT)
-def _fill_planes(centres, own, points, raw, first, member, R, t, r2, stride, ja, jb, at, v):
+def _fill_planes(
+    centres, own, points, raw, first, member, R, t, r2, stride, ja, jb, at, v, chosen
+):
     """Fill j = (x times n, n) of either cloud in every stride-th centre's ball; return how many.
 
     x and n are mean and normal of a cloud's points in the ball; the normals' signs are alike. v is
@@ -150,6 +171,7 @@ def _fill_planes(centres, own, points, raw, first, member, R, t, r2, stride, ja,
         _fill(ja[n], xa, na, 1.0)
         _fill(jb[n], xb, nb, sign)
         at[n, 0], at[n, 1], at[n, 2] = xa
+        chosen[n] = i
         n += 1
     return n
 

@@ -18,27 +18,29 @@ from idem_ros.core.moments import (
 SAMPLE = 128  # centres of each cloud, about
 
 
-def contrasts(joint, T_target_source, motions, sample):
+def contrasts(joint, T_target_source, motions, chosen, sample):
     """Return (2 k,): by how much q_mean is higher a radius to either side of a pose.
 
-    Of points that have a neighbour in the other cloud at the pose.
+    Of those of the chosen that have a neighbour in the other cloud at the pose; 0 where none has.
 
     Args:
         joint: a `JointEntropy`.
         T_target_source: (4, 4) pose, between the clouds' origins.
         motions: (6, k) twists (omega, v) that move the surfaces by about 1.
-        sample: centres of each cloud that it is taken from, about.
+        chosen: indices of centres of the target, and of the source.
+        sample: how many of each, about, are taken.
     """
-    T, pairs = T_target_source, joint.pairs_at(T_target_source)
+    T = T_target_source
     there = [se3.exp(joint.radius * motion) for motion in motions.T]
     places = np.array([T, *(step @ T for way in there for step in (way, se3.inverse(way)))])
-    near = (np.flatnonzero(np.diff(side.first)) for side in pairs[:2])
-    q, within = sums_at_each(joint, places, near, sample)
+    q, within = sums_at_each(joint, places, chosen, sample)
     return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(2 * len(there))
 
 
 def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
     """Return the sum of q_i (K,) at transforms (K, 4, 4), and of how many points each is (K,).
+
+    Lengths are over the radius, whatever the entropy that is minimised takes them over.
 
     Of those in reach at the first transform; a point out of reach at another counts 0 there.
 
@@ -53,17 +55,19 @@ def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
     q, within = np.zeros((2, len(transforms)))
     for (centres, others), at, some in zip(sides, (transforms, backs), chosen, strict=True):
         some = some[:: max(len(some) // sample, 1)]
-        own = (centres.grid.points, centres.unit_own, centres.entropy)
+        own = (centres.grid.points, centres.unit_own)
         R, t = np.ascontiguousarray(at[:, :3, :3]), np.ascontiguousarray(at[:, :3, 3])
-        _sum_at_each(*own, some, others.grid, R, t, joint.r2, joint.scale, q, within)
+        _sum_at_each(*own, some, others.grid, R, t, joint.r2, joint.radius, q, within)
     return q, within
 
 
 @njit(**JIT)
-def _sum_at_each(centres, own, h_own, chosen, grid, R, t, r2, scale, q, within):
+def _sum_at_each(centres, own, chosen, grid, R, t, r2, scale, q, within):
     """Add q_i (Eq. 7) of those in reach at the first transform to q (K,), and 1 to within."""
     found = np.empty(grid.points.shape[0] + 1, np.int32)
     for i in chosen:
+        alone = row_of(own, i)
+        h = entropy(alone, scale)
         for k in range(q.shape[0]):
             x, y, z = into_frame(centres[i], R[k], t[k])
             n = neighbours(x, y, z, grid, r2, found)
@@ -72,5 +76,5 @@ def _sum_at_each(centres, own, h_own, chosen, grid, R, t, r2, scale, q, within):
                     break
                 continue
             m = unit_moments(x, y, z, grid.points, found, 0, n, r2)
-            q[k] += entropy(plus(row_of(own, i), rotated(R[k], m)), scale) - h_own[i]
+            q[k] += entropy(plus(alone, rotated(R[k], m)), scale) - h
             within[k] += 1.0

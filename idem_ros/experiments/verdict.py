@@ -15,7 +15,7 @@ from idem_ros.experiments.experiment import write_csv, write_page
 
 CASES, QUICK_CASES = 24, 1  # of each kind
 ALONE = (8.0, 1.0)  # with these stages the first is the last coarse one, too
-COLUMNS = ('kind', 'how', 'right', 'contrast', 'step', 'free', 'p_left_out')
+COLUMNS = ('kind', 'how', 'right', 'discord', 'contrast', 'step', 'free', 'p_left_out')
 
 
 def run(context):
@@ -35,7 +35,7 @@ def run(context):
         fitted_credibility([each for found in some for each in found])
         for some in (outcomes[n : n + m], outcomes[n + m :])
     )
-    weights = fitted([each for each in poses if not each.free])
+    weights = fitted(poses)
     return [_csv(context, poses), _page(context, poses, weights, first, last)]
 
 
@@ -50,6 +50,7 @@ def _csv(context, poses):
             each.kind,
             each.how,
             each.right,
+            each.discord,
             each.contrast,
             each.step,
             each.free,
@@ -62,9 +63,10 @@ def _csv(context, poses):
 
 def _page(context, poses, weights, first, last):
     models = {
-        'verdict, slope of log10 contrast': (WEIGHTS[0], weights[0]),
-        'verdict, slope of log10 step': (WEIGHTS[1], weights[1]),
-        'verdict, constant': (WEIGHTS[2], weights[2]),
+        'verdict, slope of the discord': (WEIGHTS[0], weights[0]),
+        'verdict, slope of the contrast': (WEIGHTS[1], weights[1]),
+        'verdict, slope of log10 step': (WEIGHTS[2], weights[2]),
+        'verdict, constant': (WEIGHTS[3], weights[3]),
         'first stage, slope': (FIRST[0], first[0]),
         'first stage, even at a mean contrast of': (FIRST[1], first[1]),
         'last coarse stage, slope': (LAST[0], last[0]),

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize
 
+from idem_ros.core.assessment import LEAST_OVERLAP
 from idem_ros.core.basin import LAST
 from idem_ros.core.verdict_model import features, probability
 
@@ -11,12 +12,13 @@ BINS = 10
 
 
 def fitted(poses):
-    """Return the model's weights (3,), each kind and class counting alike.
+    """Return the model's weights (4,), each kind and class counting alike.
 
     Args:
-        poses: `Judged`, none of which is neither right nor wrong.
+        poses: `Judged`, none of which is neither right nor wrong; it learns from the `is_seen`.
     """
-    inputs = features(*np.array([(each.contrast, each.step) for each in poses]).T)
+    poses = [each for each in poses if is_seen(each)]
+    inputs = features(*numbers_of(poses))
     right = np.array([each.right for each in poses], float)
     groups = [(each.kind, each.right) for each in poses]
     weight = np.array([1.0 / groups.count(group) for group in groups])
@@ -34,13 +36,22 @@ def fitted(poses):
     return np.r_[slopes, w[-1] - slopes @ mean]
 
 
+def is_seen(pose):
+    """Whether a `Judged` pose is the model's to judge: nothing is free, and enough overlaps."""
+    return not pose.free and pose.overlap >= LEAST_OVERLAP
+
+
+def numbers_of(poses):
+    """Return what a model judges poses by, (3, N)."""
+    return np.array([(each.discord, each.contrast, each.step) for each in poses]).T
+
+
 def left_out(poses):
     """Return {kind: p of each pose of that kind, by a model that never saw the kind}."""
     found = {}
     for kind in dict.fromkeys(each.kind for each in poses):
         weights = fitted([each for each in poses if each.kind != kind])
-        numbers = np.array([(p.contrast, p.step) for p in poses if p.kind == kind]).T
-        found[kind] = probability(*numbers, weights)
+        found[kind] = probability(*numbers_of([p for p in poses if p.kind == kind]), weights)
     return found
 
 

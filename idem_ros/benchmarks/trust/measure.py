@@ -14,6 +14,7 @@ from idem_ros.benchmarks.timing import interleaved_ms
 from idem_ros.benchmarks.trust.fit import (
     best_threshold,
     calibration_error,
+    is_seen,
     left_out,
     roc_area,
 )
@@ -88,18 +89,18 @@ def verdict_goals(poses):
     poses = [each for each in poses if each.right is not None]
     kinds = [each.kind for each in poses]
     right = np.array([each.right for each in poses])
-    free = np.array([bool(each.free) for each in poses])
+    seen = np.array([is_seen(each) for each in poses])
     by_kind = {kind: iter(p) for kind, p in left_out(poses).items()}
     p = np.array([next(by_kind[kind]) for kind in kinds])
-    wrong = 100 * float(np.mean(((p > 0.5) & ~free) != right))
+    wrong = 100 * float(np.mean(((p > 0.5) & seen) != right))
     what = f'verdict: wrong, of {len(poses)} poses'
     yield Goal(f'{what} ({unclear} more neither right nor wrong)', wrong, WRONG, '%')
     for kind in dict.fromkeys(kinds):
         of_kind = np.array([each == kind for each in kinds])
-        share = 100 * float(np.mean(((p > 0.5) & ~free)[of_kind] != right[of_kind]))
+        share = 100 * float(np.mean(((p > 0.5) & seen)[of_kind] != right[of_kind]))
         yield Goal(f'verdict: wrong, of {of_kind.sum()} in {kind}', share, WRONG, '%')
-    said = f'verdict: expected calibration error, of {(~free).sum()}'
-    yield Goal(said, calibration_error(p[~free], right[~free]), CALIBRATION)
+    said = f'verdict: expected calibration error, of {seen.sum()}'
+    yield Goal(said, calibration_error(p[seen], right[seen]), CALIBRATION)
     for number, name in enumerate(PEER_SCORES):
         score = np.array([each.peers[number] for each in poses])
         of_peer = _wrong_by_threshold(score, right, kinds)

@@ -33,10 +33,12 @@ class Judged(NamedTuple):
     kind: str
     how: str  # 'moved', 'solved'
     right: bool | None  # None: neither right nor clearly wrong
+    discord: float
     contrast: float
     step: float
     p_aligned: float
     free: str  # motions that nothing holds, in words
+    overlap: float
     peers: tuple[float, ...]  # as PEER_SCORES, the higher the better
 
 
@@ -49,7 +51,7 @@ def judged_poses(kind, build):
     found = []
 
     def judge(how, right, T, seen):
-        numbers = (seen.contrast, seen.step, seen.p_aligned, seen.free)
+        numbers = (seen.discord, seen.contrast, seen.step, seen.p_aligned, seen.free, seen.overlap)
         found.append(Judged(kind, how, right, *numbers, peers(T)))
 
     config = RegistrationConfig(voxel_size=case.voxel_size)
