@@ -55,6 +55,12 @@ def assessment_record(said):
     }
 
 
+def is_registered(result):
+    """Return whether a registration found its pose: it converged, or the verdict is aligned."""
+    said = result.assessment
+    return result.converged or (said is not None and said.verdict is Verdict.ALIGNED)
+
+
 def _known(number):
     return float(number) if isfinite(number) else None
 

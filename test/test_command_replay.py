@@ -31,14 +31,14 @@ def test_prints_a_table_with_errors_before_and_after(folder, capsys):
     assert before == pytest.approx(2.0)
     assert after < before
     assert float(rows['q_tot [nat]'][2]) < float(rows['q_tot [nat]'][0])
-    assert '3 refined (3 converged)' in captured.out
+    assert '3 registered (3 converged)' in captured.out
 
 
 def test_json_to_stdout_is_nothing_but_json(folder, capsys):
     assert main(['replay', 'scans.mcap', '--json', '-']) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)['summary']['frames'] == 3
-    assert '3 refined' in captured.err
+    assert '3 registered' in captured.err
 
 
 def test_every_output_holds_the_same_transforms(folder, capsys):
@@ -111,7 +111,7 @@ def test_topics_are_taken_by_name(folder, rng, capsys):
     assert main(['replay', 'clouds.mcap']) == 1
     assert 'cloud_0, cloud_1, cloud_2; choose one' in capsys.readouterr().err
     argv = ['--target-topic', '/cloud_2', '--source-topic', 'cloud_0', '--json', '-']
-    assert main(['replay', 'clouds.mcap', *argv]) == 0
+    assert main(['replay', 'clouds.mcap', *argv]) == 1  # nothing in common: not registered
     captured = capsys.readouterr()
     assert json.loads(captured.out)['frames'][0]['translation_error_m'] is None
     assert 'each source starts from the identity' in captured.err
@@ -121,7 +121,7 @@ def test_a_recording_cut_off_is_replayed_with_a_warning(folder, rng, capsys):
     write_mcap('long.mcap', scans(rng, n=4, points=25_000))
     content = (folder / 'long.mcap').read_bytes()
     (folder / 'long.mcap').write_bytes(content[: len(content) // 2])
-    assert main(['replay', 'long.mcap', '--voxel-size', '0.2', '--max-iterations', '3']) == 0
+    main(['replay', 'long.mcap', '--voxel-size', '0.2', '--max-iterations', '3'])
     out = capsys.readouterr().out
     assert 'note: long.mcap is cut off' in out
     assert f'of its {len(content) // 2} bytes' in out
@@ -133,8 +133,29 @@ def test_a_source_that_is_refused_is_reported_with_the_reason(folder, rng, capsy
     write_mcap('bad.mcap', messages)
     assert main(['replay', 'bad.mcap']) == 0
     out = capsys.readouterr().out
-    assert '2 refined' in out
+    assert '2 registered' in out
     assert "1 x source: it has no field 'z'; its fields: x, y" in out
+
+
+def test_where_no_pair_is_registered_it_says_so_and_the_exit_code_is_1(folder, capsys):
+    result = ['--json', 'r.json', '--tum', 'r.tum']
+    assert main(['replay', 'scans.mcap', '--voxel-size', '1000', *result]) == 1
+    out = capsys.readouterr().out
+    assert '0 registered\n3 not registered (3 too_few_points)\n' in out
+    assert len(json.loads((folder / 'r.json').read_text())['frames']) == 3
+    assert main(['replay', '--again', 'r.json']) == 0  # repeated to the bit is what it asks
+    assert '3 of 3 frames agree' in capsys.readouterr().out
+
+
+def test_of_several_methods_each_must_register_some(folder, capsys, monkeypatch):
+    pytest.importorskip('small_gicp')
+    argv = ['replay', 'scans.mcap', '--voxel-size', '0.1', '--method', 'idem,gicp']
+    assert main(argv) == 0
+    from idem_ros.evaluation import peers
+
+    monkeypatch.setattr(peers, 'LEAST_POINTS', 10**9)
+    assert main(argv) == 1
+    assert '3 not registered (3 too_few_points)' in capsys.readouterr().out
 
 
 BAD_INPUT = [  # arguments, exit code, words of the error

@@ -25,7 +25,7 @@ def test_several_methods_have_a_block_each_and_files_of_their_own(folder, capsys
     out = capsys.readouterr().out
     blocks = [line.split()[0] for line in out.splitlines() if line.endswith('after')]
     assert blocks == ['idem', 'gicp', 'icp']
-    assert out.count('3 refined') == 3
+    assert out.count('3 registered') == 3
     for method in blocks:
         result = read_result(f'r.{method}.mcap')
         assert result.record == read_result(f'r.{method}.json').record
@@ -91,7 +91,7 @@ def test_an_interruption_writes_what_was_done(folder, capsys, monkeypatch):
     argv = ['replay', 'scans.mcap', '--json', 'r.json', '--out', 'r.mcap', '--tum', 'r.tum']
     assert main(argv) == 130
     out = capsys.readouterr().out
-    assert '2 refined' in out
+    assert '2 registered' in out
     assert 'note: interrupted' in out
     assert read_result('r.mcap').record['summary']['interrupted'] is True
     assert len(np.loadtxt('r.tum')) == len(read_result('r.json').frames) == 2

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from recordings import scans
 
+from idem_ros.core import Status, Verdict
 from idem_ros.evaluation.record_text import record_text
 from idem_ros.evaluation.replay import replay
 from idem_ros.evaluation.summary import json_record, summary, table
@@ -92,13 +93,30 @@ def test_the_table_accounts_for_every_source(replayed):
             notes=('it was cut off',),
         )
     )
-    assert '3 refined (3 converged)' in text
+    assert '3 registered (3 converged)' in text
     assert '14 refused:' in text
     assert '  2 x reason 0' in text
     assert 'and 2 other reasons' in text
     assert '4 dropped' in text
     assert '5 unpaired at the end: no initial_guess for them' in text
     assert 'note: it was cut off' in text
+
+
+def test_what_is_registered_is_told_from_what_is_not(replayed):
+    def ended(frame, status, verdict):
+        said = replace(frame.refinement.result.assessment, verdict=verdict)
+        result = replace(frame.refinement.result, status=status, assessment=said)
+        return replace(frame, refinement=replace(frame.refinement, result=result))
+
+    first, second, third = replayed.frames
+    frames = (
+        ended(first, Status.CONVERGED, Verdict.MISALIGNED),
+        ended(second, Status.MAX_ITERATIONS, Verdict.ALIGNED),
+        ended(third, Status.MAX_ITERATIONS, Verdict.NOT_CONVERGED),
+    )
+    lines = table(replace(replayed, frames=frames)).splitlines()
+    assert '2 registered (1 converged, 1 max_iterations)' in lines
+    assert '1 not registered (1 max_iterations)' in lines
 
 
 def test_points_left_out_are_counted(replayed):

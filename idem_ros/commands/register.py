@@ -13,7 +13,7 @@ def add_parser(subparsers):
         'register',
         help='register one cloud file to another',
         description='Refine the pose of SOURCE in the frame of TARGET. The exit code is 0 where '
-        'the registration converged, 1 where it did not (its status says why).',
+        'the registration converged or its verdict is aligned, else 1 (its status says why).',
     )
     parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
     parser.add_argument('source', metavar='SOURCE', help='cloud file')
@@ -34,6 +34,7 @@ def run(args):
     from idem_ros.atomic_file import require_writable
     from idem_ros.cloud_files import read_cloud
     from idem_ros.core import register
+    from idem_ros.diagnostics import is_registered
     from idem_ros.pose_files import read_pose, write_pose
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
@@ -47,8 +48,7 @@ def run(args):
     if args.out:
         write_pose(args.out, result.T_target_source)
     print(_json(args, result) if args.json else _text(result))
-    aligned = result.assessment is not None and result.assessment.verdict.value == 'aligned'
-    return OK if result.converged or aligned else FAILED
+    return OK if is_registered(result) else FAILED
 
 
 def _preprocessed(file, points, config, is_target=False):

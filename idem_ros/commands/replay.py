@@ -19,6 +19,8 @@ result.json becomes result.idem.json and result.gicp.json. q_tot, overlap and ra
 of every method are those of IDEM's metric at its result.
 
 Ctrl-C ends with the report and the files of what was done, and exit code 130.
+Exit code: 0 a pair was registered (it converged, or its verdict is aligned), 1 none was
+(of several methods: by one of them) or BAG cannot be read, 2 the command line is wrong.
 
 What is found waits on disk, in the folder of temporary files (TMPDIR; some 8 kB a
 frame), so that the memory does not grow with the recording.
@@ -101,7 +103,16 @@ def _written(args, bag, settings, topics, notes=()):
         write_outputs(*each, input_)
     text = '\n\n'.join(map(table, replays))
     print(text, file=sys.stderr if args.json == '-' else sys.stdout)
-    return INTERRUPTED if replays[0].interrupted else OK, replays
+    return _code(replays), replays
+
+
+def _code(replays):
+    from idem_ros.diagnostics import is_registered
+
+    if replays[0].interrupted:
+        return INTERRUPTED
+    found = (any(is_registered(f.refinement.result) for f in each.frames) for each in replays)
+    return OK if all(found) else FAILED
 
 
 def _again(args):
@@ -129,7 +140,9 @@ def _again(args):
     print(f'{found.agreeing} of {found.frames} frames agree bit for bit', file=stream)
     if found.first:
         print(f'the first that differs: {found.first}', file=stream)
-    return code or (FAILED if found.first else OK)
+    if code == INTERRUPTED:
+        return code
+    return FAILED if found.first else OK  # whether pairs were registered is no matter here
 
 
 def _refuse_settings_of_their_own(args):

@@ -5,7 +5,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from idem_ros.diagnostics import assessment_record
+from idem_ros.diagnostics import assessment_record, is_registered
 from idem_ros.evaluation.trajectory_report import report
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
@@ -169,11 +169,12 @@ def _number(value):
 
 def _counts(replayed):
     """Say what became of every source, so that nothing is left out in silence."""
-    statuses, verdicts, left_out = _tallies(replayed.frames)
-    how = ', '.join(f'{count} {status}' for status, count in statuses.most_common())
-    yield f'{len(replayed.frames)} refined' + (f' ({how})' if how else '')
+    registered, others, verdicts, left_out = _tallies(replayed.frames)
+    yield _counted('registered', registered)
+    if others:
+        yield _counted('not registered', others)
     if verdicts:
-        yield f'verdicts: {", ".join(f"{count} {name}" for name, count in verdicts.most_common())}'
+        yield f'verdicts: {_listed(verdicts)}'
     for name, why in LEFT_OUT.items():
         if count := left_out[name]:
             yield f'points left out {why}: {count}'
@@ -190,12 +191,21 @@ def _counts(replayed):
     yield from (f'note: {note}' for note in replayed.notes)
 
 
+def _counted(what, statuses):
+    return f'{statuses.total()} {what}' + (f' ({_listed(statuses)})' if statuses else '')
+
+
+def _listed(counts):
+    return ', '.join(f'{count} {name}' for name, count in counts.most_common())
+
+
 def _tallies(frames):
-    """Return how often each status and each verdict came, and the points left out for what."""
-    statuses, verdicts, left_out = Counter(), Counter(), Counter()
+    """Return the statuses of what is registered and of the rest, verdicts, points left out."""
+    registered, others, verdicts, left_out = Counter(), Counter(), Counter(), Counter()
     for refinement in (frame.refinement for frame in frames):
+        statuses = registered if is_registered(refinement.result) else others
         statuses[refinement.result.status.value] += 1
         if said := refinement.result.assessment:
             verdicts[said.verdict.value] += 1
         left_out.update({name: getattr(refinement, name) for name in LEFT_OUT})
-    return statuses, verdicts, left_out
+    return registered, others, verdicts, left_out
