@@ -147,6 +147,25 @@ def test_where_no_pair_is_registered_it_says_so_and_the_exit_code_is_1(folder, c
     assert '3 of 3 frames agree' in capsys.readouterr().out
 
 
+def test_an_audit_has_neither_before_nor_after(folder, capsys):
+    assert main(['replay', 'scans.mcap', '--mode', 'audit']) == 1  # no guess is aligned
+    out = capsys.readouterr().out
+    rows = {line[:24].strip(): line[24:].split() for line in out.splitlines()}
+    assert rows['idem, audit'] == ['median', 'p90']
+    assert list(map(float, rows['rotation error [deg]'])) == pytest.approx([2.0, 2.0])
+    assert len(rows['q_tot [nat]']) == 2
+    assert rows['milliseconds'][2:] == ['(p95)']
+    assert '3 judged, none moved (3 audited)\nverdicts: 3 ' in out
+    for word in ('before', 'after', 'registered'):
+        assert word not in out
+
+
+def test_an_audit_is_content_where_a_pose_is_aligned(folder, rng, capsys):
+    write_mcap('exact.mcap', scans(rng, perturbation=(0.0, 0.0)))
+    assert main(['replay', 'exact.mcap', '--mode', 'audit']) == 0
+    assert 'verdicts: 3 aligned' in capsys.readouterr().out
+
+
 def test_of_several_methods_each_must_register_some(folder, capsys, monkeypatch):
     pytest.importorskip('small_gicp')
     argv = ['replay', 'scans.mcap', '--voxel-size', '0.1', '--method', 'idem,gicp']

@@ -10,6 +10,7 @@ from idem_ros.commands.options import add_topic_options, topics_from
 from idem_ros.commands.replay_outputs import outputs_for, write_outputs
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.core.exceptions import IdemError
+from idem_ros.evaluation.settings import IDEM
 
 DESCRIPTION = """\
 Refine every pair of BAG, as the live node would, and report the errors.
@@ -101,9 +102,13 @@ def _written(args, bag, settings, topics, notes=()):
     replays = [replace(each, notes=(*notes, *each.notes)) for each in replays]
     for each in zip(outputs, replays, settings, strict=True):
         write_outputs(*each, input_)
-    text = '\n\n'.join(map(table, replays))
+    text = '\n\n'.join(map(table, replays, map(_is_audit, settings)))
     print(text, file=sys.stderr if args.json == '-' else sys.stdout)
     return _code(replays), replays
+
+
+def _is_audit(settings):
+    return settings.method == IDEM and settings.config.mode == 'audit'  # only IDEM has modes
 
 
 def _code(replays):

@@ -61,32 +61,35 @@ def summary(replayed):
     return result
 
 
-def table(replayed):
-    """Return the summary of a `Replay` as lines of text."""
+def table(replayed, audit=False):
+    """Return the summary of a `Replay` as lines of text.
+
+    Args:
+        replayed: `Replay`.
+        audit: whether the guesses were judged and nothing moved: then before is after.
+    """
     numbers = summary(replayed)
     topics = replayed.topics
     lines = [
         f'{replayed.path}: target {topics.target}, source {topics.source}, '
         f'guess {topics.guess or "none"}, truth {topics.truth or "none"}',
         '',
-        f'{replayed.method:24}{"before":>12}{"":12}{"after":>12}',
-        f'{"":24}{"median":>12}{"p90":>12}{"median":>12}{"p90":>12}',
+        *_header(replayed.method, audit),
     ]
+    columns = ('after',) if audit else ('before', 'after')
     if topics.truth:
-        lines.append(_row('translation error [m]', numbers['translation_error_m']))
-        lines.append(_row('rotation error [deg]', numbers['rotation_error_deg']))
-    lines.append(_row('q_tot [nat]', numbers['q_tot']))
-    times = numbers['time_ms']
-    lines.append(
-        f'{"milliseconds":24}{"":24}{_number(times["median"])}{_number(times["p95"])} (p95)'
-    )
+        lines.append(_row('translation error [m]', numbers['translation_error_m'], columns))
+        lines.append(_row('rotation error [deg]', numbers['rotation_error_deg'], columns))
+    lines.append(_row('q_tot [nat]', numbers['q_tot'], columns))
+    median, p95 = map(_number, numbers['time_ms'].values())
+    lines.append(f'{"milliseconds":24}{"" if audit else " " * 24}{median}{p95} (p95)')
     if replayed.sequence and replayed.sequence.errors:
         lines += [
             '',
             'the trajectory, begun on the truth:',
             report(replayed.sequence.errors).rstrip(),
         ]
-    return '\n'.join([*lines, '', *_counts(replayed)])
+    return '\n'.join([*lines, '', *_counts(replayed, audit)])
 
 
 def why_nothing(replayed):
@@ -158,8 +161,15 @@ def _known(value):
     return float(value) if np.isfinite(value) else None
 
 
-def _row(name, values):
-    numbers = [values[when][which] for when in ('before', 'after') for which in ('median', 'p90')]
+def _header(method, audit):
+    percentiles = f'{"median":>12}{"p90":>12}'
+    if audit:
+        return [f'{method + ", audit":24}{percentiles}']
+    return [f'{method:24}{"before":>12}{"":12}{"after":>12}', f'{"":24}{percentiles}{percentiles}']
+
+
+def _row(name, values, columns):
+    numbers = [values[when][which] for when in columns for which in ('median', 'p90')]
     return f'{name:24}' + ''.join(map(_number, numbers))
 
 
@@ -167,12 +177,15 @@ def _number(value):
     return f'{"-":>12}' if value is None else f'{value:12.4g}'
 
 
-def _counts(replayed):
+def _counts(replayed, audit):
     """Say what became of every source, so that nothing is left out in silence."""
     registered, others, verdicts, left_out = _tallies(replayed.frames)
-    yield _counted('registered', registered)
-    if others:
-        yield _counted('not registered', others)
+    if audit:
+        yield _counted('judged, none moved', registered + others)
+    else:
+        yield _counted('registered', registered)
+        if others:
+            yield _counted('not registered', others)
     if verdicts:
         yield f'verdicts: {_listed(verdicts)}'
     for name, why in LEFT_OUT.items():
