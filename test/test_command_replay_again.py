@@ -88,4 +88,4 @@ def test_a_result_that_does_not_say_how_it_was_made_cannot_be_repeated(folder, c
 def test_a_result_is_not_replaced_by_its_repetition(folder, capsys):
     assert main(['replay', 'scans.mcap', '--json', 'r.json']) == 0
     assert main(['replay', '--again', 'r.json', '--json', 'r.json']) == 2
-    assert 'a file is named twice' in capsys.readouterr().err
+    assert '--json is r.json, which would replace the input r.json' in capsys.readouterr().err

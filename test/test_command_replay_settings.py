@@ -75,6 +75,8 @@ def test_a_file_of_parameters_holds_where_no_option_is_given(folder, capsys):
     parameters = read_result('r.json').made_by['parameters']
     assert (parameters['voxel_size'], parameters['max_iterations']) == (0.1, 30)
     assert 'note: p.yaml: depth let pass, of a live node only' in capsys.readouterr().out
+    assert main(['replay', 'scans.mcap', '--params', 'p.yaml', '--tum', 'p.yaml']) == 2
+    assert 'would replace the input p.yaml' in capsys.readouterr().err
     (folder / 'p.yaml').write_text('/**:\n  ros__parameters:\n    voxelsize: 0.1\n')
     assert main([*argv, 'r.json']) == 2
     assert 'p.yaml sets voxelsize, which no parameter is' in capsys.readouterr().err

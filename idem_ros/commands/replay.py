@@ -91,7 +91,7 @@ def _written(args, bag, settings, topics, notes=()):
     from idem_ros.evaluation.summary import table, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
 
-    inputs = [bag, args.again] if args.again else [bag]
+    inputs = [bag, *filter(None, [args.again, getattr(args, 'params', None)])]
     outputs = outputs_for(args, inputs, [each.method for each in settings])
     input_ = fingerprint(bag) if args.json or args.out else None
     replays = run_each(bag, settings, progress=_progress, **topics)

@@ -18,8 +18,9 @@ class Outputs(NamedTuple):
 
     @property
     def files(self):
-        """The files among them."""
-        return [file for file in self if file and file != '-']
+        """The files among them, [(option, file)]."""
+        named = self._asdict().items()
+        return [(f'--{name}', file) for name, file in named if file and file != '-']
 
 
 def outputs_for(args, inputs, methods):
@@ -42,7 +43,7 @@ def outputs_for(args, inputs, methods):
     if several and given.json == '-':
         raise UsageError(f'--json is -, but {len(methods)} methods need a file each; name one')
     each = [_of_method(given, method) if several else given for method in methods]
-    _refuse_collisions(inputs, [file for outputs in each for file in outputs.files])
+    _refuse_collisions(inputs, each)
     return each
 
 
@@ -80,17 +81,28 @@ def _of_method(given, method):
     return Outputs(*map(named, given))
 
 
-def _refuse_collisions(inputs, files):
+def _refuse_collisions(inputs, outputs):
     from idem_ros.atomic_file import require_writable
 
-    resolved = [Path(file).resolve() for file in [*inputs, *files]]
-    into_bag = any(resolved[0] in file.parents for file in resolved[len(inputs) :])
-    if len(set(resolved)) < len(resolved) or into_bag:
-        raise UsageError(
-            f'among {", ".join([*inputs, *files])} a file is named twice; '
-            'each output needs a file of its own outside the recording'
-        )
-    for file in files:
+    read = {Path(file).resolve(): file for file in inputs}
+    bag, written = Path(inputs[0]).resolve(), {}
+    for option, file in (named for each in outputs for named in each.files):
+        path = Path(file).resolve()
+        if path in read:
+            raise UsageError(
+                f'{option} is {file}, which would replace the input {read[path]}; '
+                'name another file'
+            )
+        if bag in path.parents:
+            raise UsageError(
+                f'{option} is {file}, within the recording {inputs[0]}; name a file outside of it'
+            )
+        if path in written:
+            raise UsageError(
+                f'{written[path]} and {option} {file} are one file; name a file for each'
+            )
+        written[path] = f'{option} {file}'
+    for file in written:
         require_writable(file)
 
 
