@@ -68,6 +68,13 @@ def test_without_a_guess_it_starts_from_the_identity(tmp_path, rng, monkeypatch,
     np.testing.assert_allclose(pose, np.eye(4), atol=1e-6)
 
 
+@pytest.mark.parametrize('guess', [[], ['--guess', 'guess.txt']])
+def test_that_it_starts_from_the_identity_is_said_where_it_does(files, capsys, guess):
+    main(['register', 'target.npy', 'source.npy', *guess])
+    lines = capsys.readouterr().out.splitlines()
+    assert ('note: no --guess: the initial guess is the identity' in lines) == (not guess)
+
+
 def test_what_does_not_overlap_is_a_status_in_valid_json(tmp_path, rng, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     points = surface(rng, 100)

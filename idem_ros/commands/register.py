@@ -12,7 +12,8 @@ def add_parser(subparsers):
     parser = subparsers.add_parser(
         'register',
         help='register one cloud file to another',
-        description='Refine the pose of SOURCE in the frame of TARGET. The exit code is 0 where '
+        description='Refine the pose of SOURCE in the frame of TARGET, from --guess, or without '
+        'one from the identity: it does not find a pose from far off. The exit code is 0 where '
         'the registration converged or its verdict is aligned, else 1 (its status says why).',
     )
     parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
@@ -47,7 +48,7 @@ def run(args):
     result = register(target, source, guess, config)
     if args.out:
         write_pose(args.out, result.T_target_source)
-    print(_json(args, result) if args.json else _text(result))
+    print(_json(args, result) if args.json else _text(args, result))
     return OK if is_registered(result) else FAILED
 
 
@@ -92,7 +93,7 @@ def _json(args, result):
     )
 
 
-def _text(result):
+def _text(args, result):
     rows = (' '.join(f'{number:16.9f}' for number in row) for row in result.T_target_source)
     return '\n'.join(
         [
@@ -102,6 +103,7 @@ def _text(result):
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
             f'overlap {result.overlap:.1%}, radius {result.radius:.6g}',
             *_said(result.assessment),
+            *([] if args.guess else ['note: no --guess: the initial guess is the identity']),
         ]
     )
 
