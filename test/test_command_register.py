@@ -30,9 +30,22 @@ def test_prints_the_pose_and_how_it_ended(files, capsys):
     assert distance < 0.02
     assert out.splitlines()[5].startswith('converged after ')
     assert out.splitlines()[6].startswith('aligned (p = 0.9')
-    sigma = [float(number) for number in out.splitlines()[7].split(':')[1].split()]
-    assert len(sigma) == 6
-    assert all(0 < each < 0.1 for each in sigma)
+
+
+def test_standard_deviations_have_units(files, capsys):
+    argv = ['register', 'target.npy', 'source.npy', '--guess', 'guess.txt']
+    main([*argv, '--json'])
+    m, deg = np.split(np.diag(json.loads(capsys.readouterr().out)['covariance']) ** 0.5, 2)
+    x, y, z, rx, ry, rz = (f'{each:.3g}' for each in (*m, *np.degrees(deg)))
+    main(argv)
+    shown = f'standard deviations: x {x} y {y} z {z} m, rx {rx} ry {ry} rz {rz} deg'
+    assert shown in capsys.readouterr().out.splitlines()
+
+
+def test_a_standard_deviation_of_which_nothing_is_known_is_no_number(files, capsys):
+    main(['register', 'target.npy', 'source.npy', '--voxel-size', '1000'])
+    line = next(each for each in capsys.readouterr().out.splitlines() if 'deviations' in each)
+    assert line.count('unknown') == 6
 
 
 def test_an_audit_moves_nothing_and_its_exit_code_tells_right_from_wrong(files, capsys):

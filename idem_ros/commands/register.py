@@ -6,6 +6,8 @@ from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
 
+UNKNOWN = 100.0  # [m], [rad]: so large is the deviation along a motion that nothing holds
+
 
 def add_parser(subparsers):
     """Add the subcommand."""
@@ -101,7 +103,7 @@ def _text(args, result):
             *rows,
             f'{result.status.value} after {result.iterations} iterations: '
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
-            f'overlap {result.overlap:.1%}, radius {result.radius:.6g}',
+            f'overlap {result.overlap:.1%}, radius {result.radius:.6g} m',
             *_said(result.assessment),
             *([] if args.guess else ['note: no --guess: the initial guess is the identity']),
         ]
@@ -109,8 +111,18 @@ def _text(args, result):
 
 
 def _said(assessment):
+    import numpy as np
+
     if assessment is None:
         return
     yield f'{assessment.verdict.value} (p = {assessment.p_aligned:.3f}): {assessment.reason}'
-    sigma = assessment.covariance.diagonal() ** 0.5
-    yield 'standard deviations of x y z rx ry rz: ' + ' '.join(f'{each:.3g}' for each in sigma)
+    metres, radians = np.split(assessment.covariance.diagonal() ** 0.5, 2)
+    yield (
+        f'standard deviations: {_deviations(("x", "y", "z"), metres, 1.0)} m, '
+        f'{_deviations(("rx", "ry", "rz"), radians, np.degrees(1.0))} deg'
+    )
+
+
+def _deviations(axes, sigmas, unit):
+    shown = (f'{unit * each:.3g}' if each < UNKNOWN else 'unknown' for each in sigmas)
+    return ' '.join(f'{axis} {number}' for axis, number in zip(axes, shown, strict=True))
