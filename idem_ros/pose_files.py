@@ -32,9 +32,9 @@ def read_pose(path):
     """
     path = Path(path)
     try:
-        with warnings.catch_warnings():
+        with path.open() as stream, warnings.catch_warnings():
             warnings.simplefilter('ignore')  # an empty file is reported below, in one line
-            numbers = np.loadtxt(path, ndmin=2)
+            numbers = np.loadtxt(stream, ndmin=2)
     except OSError as error:
         raise UnreadablePose(f'{path} cannot be read: {error.strerror or error}') from error
     except ValueError as error:

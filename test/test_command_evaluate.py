@@ -87,7 +87,11 @@ def test_without_a_folder_for_results_only_the_table_is_printed(folder, capsys):
 
 def test_what_cannot_be_read_is_named_and_the_others_go_on(broken, capsys):
     assert main(['evaluate', 'drives', '--jobs', '2', '--out', 'out']) == 1
-    assert 'not evaluated: drives/z.mcap' in capsys.readouterr().out
+    out, err = capsys.readouterr()
+    assert 'not evaluated: drives/z.mcap' in out
+    (line,) = (each for each in err.splitlines() if 'not evaluated' in each)
+    assert line.split('] ')[1].startswith('not evaluated: drives/z.mcap')
+    assert line.count('z.mcap') == 1
     summary = summary_of(broken)
     assert (summary['evaluated'], summary['failed']) == (3, 1)
     assert summary['recordings'][-1]['bag'] == 'drives/z.mcap'

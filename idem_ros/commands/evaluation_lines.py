@@ -41,10 +41,14 @@ class Lines:
         """Say what became of a task, above the bars of those that run."""
         from tqdm import tqdm
 
+        from idem_ros.evaluation.overall import named
+
         if index in self._bars:
             self._bars.pop(index).close()
         self._ended += 1
-        text = outcome.reason and f'not evaluated: {outcome.reason}'
-        text = text or ('there already' if outcome.text is None else 'evaluated')
-        line = f'[{self._ended}/{len(self._tasks)}] {outcome.path}: {text}'
-        tqdm.write(line, file=sys.stderr)
+        if outcome.reason:
+            text = f'not evaluated: {named(outcome.path, outcome.reason)}'
+        else:
+            how = 'there already' if outcome.text is None else 'evaluated'
+            text = f'{outcome.path}: {how}'
+        tqdm.write(f'[{self._ended}/{len(self._tasks)}] {text}', file=sys.stderr)

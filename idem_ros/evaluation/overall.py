@@ -85,11 +85,12 @@ def overall_table(record):
     for entry in evaluated:
         lines += [f'note: {entry["bag"]}: {note}' for note in entry['notes']]
     lines.append(f'{len(evaluated)} of {len(evaluated) + len(failed)} recordings evaluated')
-    lines += [f'  not evaluated: {_named(entry["bag"], entry["reason"])}' for entry in failed]
+    lines += [f'  not evaluated: {named(entry["bag"], entry["reason"])}' for entry in failed]
     return '\n'.join(lines)
 
 
-def _named(bag, reason):
+def named(bag, reason):
+    """Return the reason why a recording failed, with its name in front where it lacks that."""
     return reason if reason.startswith(bag) else f'{bag}: {reason}'
 
 

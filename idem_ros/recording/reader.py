@@ -1,6 +1,7 @@
 """Read recordings of ROS 1 and ROS 2 lazily, without ROS."""
 
 import heapq
+import re
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -209,4 +210,7 @@ def _left_out(salvaged):
 
 
 def _reason(error):
-    return ' '.join(str(error).split()) or type(error).__name__
+    """Return what rosbags says in one line, without the file's name, which stands before it."""
+    reason = ' '.join(str(error).split()).rstrip('.')
+    reason = re.sub(r'^(Cannot|Could not) open (file|database) .*?(: | or (?=data))', '', reason)
+    return re.sub(r"^File '.*?' (?=seems)", 'it ', reason) or type(error).__name__
