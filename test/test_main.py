@@ -39,7 +39,7 @@ def test_a_mistake_of_ours_is_not_hidden(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    'argv', [[], ['regster'], ['register', 'a.ply'], ['register', 'a', 'b', '--voxel', 'x']]
+    'argv', [['regster'], ['register', 'a.ply'], ['register', 'a', 'b', '--voxel', 'x'], ['--bug']]
 )
 def test_a_wrong_command_line_is_one_line_and_code_2(capsys, argv):
     with pytest.raises(SystemExit) as ended:
@@ -48,6 +48,16 @@ def test_a_wrong_command_line_is_one_line_and_code_2(capsys, argv):
     error = capsys.readouterr().err
     assert error.startswith('idem')
     assert error.count('\n') == 1
+
+
+@pytest.mark.parametrize('argv', [[], ['bench'], ['experiments']])
+def test_who_names_no_command_is_shown_the_help_on_stderr_and_code_2(capsys, argv):
+    assert main(argv) == 2
+    out, shown = capsys.readouterr()
+    assert out == ''
+    with pytest.raises(SystemExit):
+        main([*argv, '--help'])
+    assert shown == capsys.readouterr().out
 
 
 @pytest.mark.parametrize('command', COMMANDS)

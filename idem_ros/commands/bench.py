@@ -16,7 +16,7 @@ def add_parser(subparsers):
         help='measure accuracy and time',
         description='Measure IDEM beside the methods of small_gicp (the extra "bench").',
     )
-    kinds = parser.add_subparsers(title='benchmarks', metavar='BENCHMARK', required=True)
+    kinds = parser.add_subparsers(title='benchmarks', metavar='BENCHMARK')
     _add_accuracy(kinds)
     speed = kinds.add_parser('speed', help='time, memory, and time to accuracy')
     _add_output_options(speed)

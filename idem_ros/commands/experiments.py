@@ -15,7 +15,7 @@ def add_parser(subparsers):
         help="make the paper's tables and figures again",
         description="Make the paper's tables and figures again, each beside the paper's own.",
     )
-    kinds = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    kinds = parser.add_subparsers(title='commands', metavar='COMMAND')
     listing = kinds.add_parser('list', help='list what there is')
     listing.set_defaults(run=_list)
     running = kinds.add_parser(

@@ -56,6 +56,15 @@ class _Parser(argparse.ArgumentParser):
         """Say in one line what is wrong, where argparse prints the whole usage first."""
         self.exit(USAGE, f'{self.prog}: error: {message} (see {self.prog} --help)\n')
 
+    def add_subparsers(self, **options):
+        """Add commands; who names none is shown what there are."""
+        self.set_defaults(run=self._show_help)
+        return super().add_subparsers(**options)
+
+    def _show_help(self, args):
+        self.print_help(sys.stderr)
+        return USAGE
+
 
 def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
@@ -90,7 +99,7 @@ def _let_any_name_be_printed():
 def _parser():
     parser = _Parser(prog='idem', description='Fine registration of point clouds by entropy.')
     parser.add_argument('--version', action=_Version, nargs=0, help='print the version')
-    subparsers = parser.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    subparsers = parser.add_subparsers(title='commands', metavar='COMMAND')
     for command in COMMANDS:
         command.add_parser(subparsers)
     return parser
