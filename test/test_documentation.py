@@ -1,12 +1,14 @@
+import re
 from pathlib import Path
 
 import pytest
 
-from idem_ros.commands.main import main
+from idem_ros.commands.main import COMMANDS, main
 from idem_ros.core import IdemError
 from idem_ros.documentation import with_blocks
 
 ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / 'README.md').read_text()
 MARKED = 'a\n<!-- x: written by `make docs` -->\nold\n<!-- end of x -->\nb\n'
 
 
@@ -14,6 +16,12 @@ def test_the_readme_says_what_the_code_says(capsys):
     assert main(['docs', '--check', '--readme', str(ROOT / 'README.md')]) == 0, (
         'run make docs and commit'
     )
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_the_readme_shows_every_command(command):
+    name = command.__name__.rpartition('.')[2]
+    assert re.search(rf'^(idem|make) {name}\b|`(idem|make) {name}\b', README, re.MULTILINE)
 
 
 def test_a_block_is_replaced_and_the_rest_is_kept():
