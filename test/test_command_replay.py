@@ -193,6 +193,7 @@ BAD_INPUT = [  # arguments, exit code, words of the error
     ([], 2, 'no recording is named'),
     (['scans.mcap', '--every', '0'], 2, 'every is 0'),
     (['scans.mcap', '--start', '-1'], 2, 'start is -1.0'),
+    (['scans.mcap', '--mode', 'audit', '--sequence', 'scan'], 2, 'has no poses to judge'),
     (['scans.mcap', '--duration', 'nan'], 2, 'duration is nan'),
     (['scans.mcap', '--start', '1000'], 1, '3 sources left out'),
     (['scans.mcap', '--method', 'gicp', '--max-distance', '0'], 2, 'max_distance is 0.0'),

@@ -64,12 +64,15 @@ def settings_from(args):
     """Return ([`Settings`] of each method, [notes on what was let pass]).
 
     Raises:
-        UsageError: a value out of range, a file of parameters that is none.
+        UsageError: a value out of range, values that contradict each other, a file of parameters
+            that is none.
     """
     bases, notes = _read(args.params) if hasattr(args, 'params') else ({}, [])
     configs = [config_from(args, kind, bases.get(kind)) for kind in REPLAYED]
     names = ('max_distance', 'start', 'duration', 'every', 'sequence')
     others = {name: getattr(args, name) for name in names if hasattr(args, name)}
+    if 'sequence' in others and any(getattr(config, 'mode', '') == 'audit' for config in configs):
+        raise UsageError('--sequence has no poses to judge, which mode audit does; choose one')
     methods = dict.fromkeys(getattr(args, 'method', [IDEM]))
     try:
         return [Settings(*configs, method=method, **others) for method in methods], notes
