@@ -11,8 +11,8 @@ from idem_ros.benchmarks.lidar_cases import scan_to_scan
 from idem_ros.benchmarks.methods import IDEM, PEERS, Setting
 from idem_ros.benchmarks.raw_to_result import idem_from_raw, peer_from_raw
 
-IDEM_VOXELS = (0.25, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0)  # [m] outdoors
-PEER_VOXELS = (0.1, 0.25, 0.5, 1.0)
+IDEM_VOXELS = (0.25, 0.35, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0, 2.5)  # [m] outdoors
+PEER_VOXELS = (0.1, 0.25, 0.35, 0.5, 1.0)
 START_VOXEL = 0.5  # the starts are one r4th off at this one
 INDOORS = {'room': 0.2}  # what all of these are multiplied by
 STARTS = 2  # a scene

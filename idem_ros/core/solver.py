@@ -91,13 +91,22 @@ def _solve(matrix, gradient):
 
     Rotations and translations are scaled to the same stiffness first.
     """
-    diagonal = np.diag(matrix)
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    stiffness, axes = np.linalg.eigh(matrix * np.outer(scale, scale))
-    step, free = np.zeros(len(scale)), 0
-    for k in range(len(scale)):
-        if stiffness[k] > LEAST_STIFFNESS * max(stiffness[-1], 0.0):
-            step -= scale * axes[:, k] * ((axes[:, k] * scale * gradient).sum() / stiffness[k])
+    n = matrix.shape[0]
+    scale, scaled = np.empty(n), np.empty((n, n))
+    for i in range(n):
+        scale[i] = 1.0 / np.sqrt(matrix[i, i]) if matrix[i, i] > 0.0 else 1.0
+    for i in range(n):
+        for k in range(n):
+            scaled[i, k] = matrix[i, k] * scale[i] * scale[k]
+    stiffness, axes = np.linalg.eigh(scaled)
+    step, free = np.zeros(n), 0
+    for k in range(n):
+        if stiffness[k] > LEAST_STIFFNESS * max(stiffness[n - 1], 0.0):
+            along = 0.0
+            for i in range(n):
+                along += axes[i, k] * scale[i] * gradient[i]
+            for i in range(n):
+                step[i] -= scale[i] * axes[i, k] * along / stiffness[k]
         else:
             free += 1
     return step, free
