@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core import se3
+from idem_ros.core import joint_cloud, se3
 from idem_ros.core.basin import gauge
 from idem_ros.core.constraint import unit_motions
 from idem_ros.core.contrast import contrasts
 from idem_ros.core.covariance import FREE_VARIANCE, by_region, covariance_of
-from idem_ros.core.joint_cloud import differences
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.stages import descend
 from idem_ros.core.status import Status
@@ -68,11 +67,12 @@ class Solve(NamedTuple):
     T_guess: np.ndarray  # (4, 4), between the clouds' origins
 
 
-def judged(joint, T, hold, overlap, origin, solve):
+def judged(joint, differences, T, hold, overlap, origin, solve):
     """Return the `Assessment` of a pose.
 
     Args:
         joint: `JointEntropy` at the last radius.
+        differences: its `per_point` there.
         T: (4, 4) the pose, between the clouds' origins.
         hold: its `Hold` there.
         overlap: share of the points that have a neighbour in the other cloud.
@@ -84,7 +84,7 @@ def judged(joint, T, hold, overlap, origin, solve):
         return Assessment(Verdict.SEPARATED, 0.0, reason)
     pulls, stiffness = by_region(joint, T, hold)
     seen = {
-        'discord': discord_of(joint, T),
+        'discord': _discord(joint, differences, T),
         'contrast': _least_contrast(joint, T, hold),
         'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
     }
@@ -123,17 +123,16 @@ def too_little(target, source):
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 
-def discord_of(joint, T):
+def _discord(joint, differences, T):
     """Return the q_i (Eq. 7) that a tenth of the points that meet exceed, lengths over the radius.
 
     Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
     """
-    if joint.scale == joint.radius:
-        found = joint.per_point(T)
-    else:
+    if joint.scale != joint.radius:
         points = (joint.target.grid.points, joint.source.grid.points)
-        found = differences(*points, T, joint.radius, joint.radius)
-    return float(np.quantile(np.concatenate([q[reach > 0.0] for q, reach in found]), TENTH))
+        differences = joint_cloud.differences(*points, T, joint.radius, joint.radius)
+    meeting = np.concatenate([q[reach > 0.0] for q, reach in differences])
+    return float(np.quantile(meeting, TENTH))
 
 
 def _least_contrast(joint, T, hold):

@@ -14,8 +14,10 @@ from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.solver import LEAST_STIFFNESS
 
 # Edge of the cubes that err together: of the arm, and of the radius at least.
-REGION, LEAST_REGION = 0.3, 3.0
-SHARES = (0.85, 0.15)  # of the regions, and of those twice as wide, in the variance
+REGION, LEAST_REGION = 0.27, 3.0
+SHARES = (0.9, 0.1)  # of the regions, and of those twice as wide, in the variance
+# Single points enter balls and leave them: the minimum jumps by more than the pulls there tell.
+JUMPS = 1.1  # of the variance, where points are as given
 PERIOD = 8  # regions along each axis, after which they repeat
 SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
@@ -48,6 +50,8 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
     roots = firm / np.sqrt(part)
     scatter = SHARES[0] * _scatter(pulls, stiffness, firm, roots)
     scatter += SHARES[1] * _scatter(_wider(pulls), _wider(stiffness), firm, roots)
+    if not (len(joint.target.raw) and len(joint.source.raw)):
+        scatter *= JUMPS
     units = hold.motions[:, ~hold.free]
     floor = (FLOOR * joint.radius) ** 2 * units @ units.T
     return scatter + floor + FREE_VARIANCE * free @ free.T

@@ -81,19 +81,20 @@ def register(target, source, T_target_source=None, config=None):
     if some and config.free_motions == 'guess' and config.mode == 'refine':
         hold = hold_of(descent.joint, descent.solution.transform, sample=np.inf)
         descent = descend(prepared, T, hold.motions[:, ~hold.free])
-    result = _result(target, source, descent, hold, config.mode)
+    pose = descent.solution.transform
+    differences = descent.joint.per_point(pose)
+    result = _result(target, source, descent, differences, hold, config.mode)
     if config.assessment == 'none':
         return result
     solve = Solve(result.status, descent.credibility, descent.first, T)
-    pose = descent.solution.transform
     gap = swap_gap(prepared, T, pose, hold) if config.assessment == 'swap' else np.nan
-    said = judged(descent.joint, pose, hold, result.overlap, source.origin, solve)
+    said = judged(descent.joint, differences, pose, hold, result.overlap, source.origin, solve)
     return replace(result, assessment=replace(said, swap_gap=gap))
 
 
-def _result(target, source, descent, hold, mode):
+def _result(target, source, descent, differences, hold, mode):
     joint, solution = descent.joint, descent.solution
-    (q_target, reach_target), (q_source, reach_source) = joint.per_point(solution.transform)
+    (q_target, reach_target), (q_source, reach_source) = differences
     q = float(q_target.sum() + q_source.sum())
     within, overlap = overlap_of(reach_target, reach_source)
     if within == 0:
