@@ -64,6 +64,17 @@ def scaled(T, scale):
     return T
 
 
+def test_a_rim_that_meets_is_no_confident_number(rng):
+    surfaces = surface(rng, 3000), surface(rng, 3000)
+    left, right = (points[:, 0] for points in surfaces)
+    target, source = surfaces[0][left < 0.01], surfaces[1][right > -0.01]
+    said = register(target, source, None, AUDIT).assessment
+    assert 0 < said.overlap < 0.05
+    assert said.verdict is Verdict.LOW_OVERLAP
+    assert np.isnan(said.p_aligned)
+    assert 'of the points have a neighbour' in said.reason
+
+
 def test_surfaces_that_stand_apart_are_in_discord(rng, pair):
     target, source, truth = pair
     there = register(target, source, truth, AUDIT).assessment

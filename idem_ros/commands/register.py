@@ -115,7 +115,8 @@ def _said(assessment):
 
     if assessment is None:
         return
-    yield f'{assessment.verdict.value} (p = {assessment.p_aligned:.3f}): {assessment.reason}'
+    p = 'unknown' if np.isnan(assessment.p_aligned) else f'{assessment.p_aligned:.3f}'
+    yield f'{assessment.verdict.value} (p = {p}): {assessment.reason}'
     metres, radians = np.split(assessment.covariance.diagonal() ** 0.5, 2)
     yield (
         f'standard deviations: {_deviations(("x", "y", "z"), metres, 1.0)} m, '

@@ -88,7 +88,7 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
         'contrast': _least_contrast(joint, T, hold),
         'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
     }
-    p = probability(**seen)
+    p = probability(**seen) if overlap >= LEAST_OVERLAP else np.nan
     free = free_in_words(hold, T[:3, :3])
     covariance = covariance_of(joint, T, hold, pulls, stiffness)
     position = T[:3, 3] - T[:3, :3] @ origin
