@@ -87,8 +87,12 @@ def test_a_replay_passes_its_gate(folder, rng, capsys):
         (['a.json', '--rules', 'none.yaml'], 2, 'none.yaml cannot be read'),
         (['a.json', '--rules', 'rules2.yaml'], 2, "rule 1: no result has 'frame'"),
         (['a.json', 'a.json'], 2, 'a file is named twice'),
-        (['a.json', '--junit', './a.json'], 2, 'a file is named twice'),
-        (['a.json', '--junit', 'rules.yaml'], 2, 'a file is named twice'),
+        (
+            ['a.json', '--junit', './a.json'],
+            2,
+            '--junit is ./a.json, which would replace an input',
+        ),
+        (['a.json', '--junit', 'rules.yaml'], 2, 'which would replace an input'),
         (['a.json', '--junit', 'no/gate.xml'], 1, 'the folder'),
     ],
 )

@@ -82,9 +82,14 @@ def run(args):
 
 
 def _refuse_files_named_twice(args):
-    files = [*args.results, args.rules, *([args.junit] if args.junit else [])]
-    if len({Path(file).resolve() for file in files}) < len(files):
+    files = [*args.results, args.rules]
+    resolved = {Path(file).resolve() for file in files}
+    if len(resolved) < len(files):
         raise UsageError(f'among {", ".join(files)} a file is named twice; each must be its own')
+    if args.junit and Path(args.junit).resolve() in resolved:
+        raise UsageError(
+            f'--junit is {args.junit}, which would replace an input; name another file'
+        )
 
 
 def _lines(found):
