@@ -4,6 +4,7 @@ As in molecular dynamics (Verlet lists): pairs within the radius and a skin stay
 the source has moved by the skin.
 """
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from idem_ros.core.jit import JIT
 from idem_ros.core.moments import into_frame
 
 SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
+IS_HIGH = np.array(list(product((False, True), repeat=3)))  # (8, 3): of a box's corners
 EXPECTED = 8  # candidates a point; the list grows where there are more
 
 
@@ -45,8 +47,7 @@ def candidate_pairs(target, source, T_target_source, reach, threads=1):
     else:
         of_target = _candidates(target.points, source, T_target_source, reach, threads)
         of_source = Candidates(*_transposed(*of_target, len(source.points)))
-    low, high = bounds(source.points)
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
+    corners = np.where(IS_HIGH, *bounds(source.points)[::-1])
     return CandidatePairs(of_target, of_source, T_target_source, corners)
 
 
@@ -66,9 +67,22 @@ def _candidates(points, grid, T_points_grid, reach, threads):
 def still_hold(pairs, T_target_source, skin):
     """Whether no point of the source has moved by more than the skin since the enumeration."""
     # How far a point is moved is convex in the point: greatest in a corner.
-    moved = se3.transform_points(T_target_source, pairs.corners)
-    moved -= se3.transform_points(pairs.transform, pairs.corners)
-    return bool((np.einsum('ij,ij->i', moved, moved) <= skin**2).all())
+    return _farthest(T_target_source - pairs.transform, pairs.corners) <= skin**2
+
+
+@njit(**JIT)
+def _farthest(change, corners):
+    """Return the greatest squared distance that corners (8, 3) move by a change of transform."""
+    most = 0.0
+    for c in range(corners.shape[0]):
+        square = 0.0
+        for i in range(3):
+            moved = change[i, 3]
+            for k in range(3):
+                moved += change[i, k] * corners[c, k]
+            square += moved * moved
+        most = max(most, square)
+    return most
 
 
 @njit(**JIT)

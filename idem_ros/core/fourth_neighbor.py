@@ -21,7 +21,8 @@ def mean_fourth_neighbor_distance(points, most=None):
     distance = np.full(len(queries), np.nan)
     few = np.arange(len(queries))[:: max(len(queries) // FEW, 1)]
     _look_at_all(queries, points, few, distance)
-    reach = max(REACH * np.quantile(distance[few], 0.75), LEAST_REACH * np.ptp(points))
+    upper_quartile = np.sort(distance[few])[3 * len(few) // 4]
+    reach = max(REACH * upper_quartile, LEAST_REACH * np.ptp(points))
     if reach == 0.0:
         return 0.0
     open_ = np.flatnonzero(np.isnan(distance))

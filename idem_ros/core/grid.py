@@ -40,11 +40,11 @@ def build_grid(points, cell):
 
 
 def _period_bits(extent, n_points):
-    bits = np.array([max(int(n - 1).bit_length(), LEAST_BITS) for n in extent])
-    most = max(int(CELLS_PER_POINT * n_points - 1).bit_length(), 3 * LEAST_BITS)
-    while bits.sum() > most:
-        bits[np.argmax(bits)] -= 1
-    return bits
+    bits = [max((n - 1).bit_length(), LEAST_BITS) for n in extent.tolist()]
+    most = max((CELLS_PER_POINT * n_points - 1).bit_length(), 3 * LEAST_BITS)
+    while sum(bits) > most:
+        bits[bits.index(max(bits))] -= 1
+    return np.array(bits)
 
 
 @njit(**JIT)

@@ -38,7 +38,15 @@ def thickness_and_members(own):
     squares, members = _of_sheets(own)
     if len(squares) == 0:
         return 0.0, 0.0
-    return float(np.sqrt(np.quantile(squares, QUARTILE))), float(np.median(members))
+    return float(np.sqrt(_quantile(squares, QUARTILE))), _quantile(members, 0.5)
+
+
+def _quantile(values, share):
+    """Return what `np.quantile` does, a hundred microseconds sooner."""
+    at = share * (len(values) - 1)
+    low = int(at)
+    below, above = np.sort(values)[[low, min(low + 1, len(values) - 1)]]
+    return float(below + (at - low) * (above - below))
 
 
 @njit(**JIT)
