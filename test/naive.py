@@ -88,7 +88,7 @@ def entropy_of_moments(positions, counts, within, scale, noise):
     return 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * det)
 
 
-def hold(target, source, radius, pivot, arm):
+def hold(target, source, radius, units):
     """How firmly surfaces hold motions: eigenvalues of the mean of j_A j_B^T; how many balls."""
     products = []
     for centre in np.concatenate([target, source]):
@@ -97,7 +97,7 @@ def hold(target, source, radius, pivot, arm):
             continue
         (xa, na), (xb, nb) = sides
         nb = nb if na @ nb >= 0 else -nb
-        ja, jb = (np.r_[np.cross(x - pivot, n) / arm, n] for x, n in ((xa, na), (xb, nb)))
+        ja, jb = (np.r_[np.cross(x, n), n] @ units for x, n in ((xa, na), (xb, nb)))
         products.append(np.outer(ja, jb))
     mean = np.mean(products, axis=0)
     return np.linalg.eigvalsh((mean + mean.T) / 2), len(products)

@@ -60,9 +60,26 @@ def test_strengths_are_those_of_the_equations(rng):
     T, radius = se3.exp(0.01 * rng.normal(size=6)), 0.3
     hold = hold_of(JointEntropy(target, source, radius, 'radius'), T)
     moved = se3.transform_points(T, source.points)
-    strength, balls = naive.hold(target.points, moved, radius, hold.pivot, hold.arm)
+    strength, balls = naive.hold(target.points, moved, radius, hold.units)
     assert len(hold.along) == balls > 500
     np.testing.assert_allclose(hold.strength, strength, rtol=1e-6)
+
+
+def test_the_roll_of_a_long_corridor_is_held(rng):
+    half = np.array([25.0, 1.0, 1.25])
+    clouds = []
+    for _ in range(2):
+        points = rng.uniform(-1, 1, (12_000, 3))
+        across, side = 1 + rng.integers(0, 2, 12_000), rng.choice([-1.0, 1.0], 12_000)
+        points[np.arange(12_000), across] = side
+        clouds.append(points * half + 0.005 * rng.normal(size=points.shape))
+    guess = se3.exp(np.array([np.radians(3.0), 0, 0, 0.1, 0.05, 0.05]))
+    result = register(*clouds, guess, RegistrationConfig(voxel_size=0.1))
+    assert result.assessment.free == 'free along x'
+    assert np.degrees(np.abs(left_twist(result.T_target_source, np.eye(4))[3])) < 0.1
+    sigma = np.sqrt(np.diag(result.assessment.covariance))
+    assert sigma[0] > 5.0  # [m]
+    assert sigma[1:3].max() < 0.1
 
 
 def test_a_motion_is_held_by_the_surfaces_across_it():
@@ -82,7 +99,7 @@ def test_unit_motions_move_points_at_the_arm_by_one(rng):
     pivot, arm = rng.normal(size=3), 5.0
     at = pivot + [0, arm, 0]
     for turn in (0, 2):
-        twist = unit_motions(pivot, arm)[:, turn]
+        twist = unit_motions(pivot, np.eye(3) / arm)[:, turn]
         moved = np.cross(twist[:3], at) + twist[3:]
         assert np.linalg.norm(moved) == pytest.approx(1.0)
 

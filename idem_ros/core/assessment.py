@@ -8,9 +8,8 @@ import numpy as np
 
 from idem_ros.core import joint_cloud, se3
 from idem_ros.core.basin import gauge
-from idem_ros.core.constraint import unit_motions
 from idem_ros.core.contrast import contrasts
-from idem_ros.core.covariance import FREE_VARIANCE, by_region, covariance_of
+from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.stages import descend
 from idem_ros.core.status import Status
@@ -20,6 +19,8 @@ from idem_ros.core.words import free_in_words
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
 LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of the clouds
 CREDIBLE = 0.5
+LEAST_MEETING = 100  # points: fewer agree at many poses, by chance
+NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
 TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
 HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
 
@@ -45,7 +46,7 @@ class Assessment:
     reason: str
     free: str = ''  # the motions that nothing holds, in words, in the source's axes
     # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin
-    covariance: np.ndarray = field(default_factory=lambda: FREE_VARIANCE * np.eye(6))
+    covariance: np.ndarray = field(default_factory=lambda: NOTHING_KNOWN * np.eye(6))
     # 90th percentile of q_i over the points that have a neighbour in the other cloud [nat]
     discord: float = np.nan
     # least rise of q_mean a radius away along a motion, of the points that hold it [nat]
@@ -88,12 +89,14 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
         'contrast': _least_contrast(joint, T, hold),
         'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
     }
-    p = probability(**seen) if overlap >= LEAST_OVERLAP else np.nan
+    meeting = sum(int(np.count_nonzero(reach)) for _, reach in differences)
+    enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING
+    p = probability(**seen) if enough else np.nan
     free = free_in_words(hold, T[:3, :3])
     covariance = covariance_of(joint, T, hold, pulls, stiffness)
     position = T[:3, 3] - T[:3, :3] @ origin
     return Assessment(
-        *_verdict(p, seen, overlap, free, solve),
+        *_verdict(p, seen, overlap, meeting, free, solve),
         free=free,
         covariance=_of_pose(covariance, position),
         overlap=overlap,
@@ -112,7 +115,7 @@ def swap_gap(prepared, T_guess, T, hold):
         return np.nan
     swapped = prepared._replace(clouds=prepared.clouds[::-1], ours=prepared.ours[::-1])
     back = descend(swapped, se3.inverse(T_guess)).solution.transform
-    off = np.linalg.solve(unit_motions(hold.pivot, hold.arm), se3.log(T @ back))
+    off = np.linalg.solve(hold.units, se3.log(T @ back))
     return float(np.linalg.norm(off))
 
 
@@ -151,12 +154,15 @@ def _step(hold, gradient, matrix):
     return float(np.linalg.norm(along))
 
 
-def _verdict(p, seen, overlap, free, solve):
+def _verdict(p, seen, overlap, meeting, free, solve):
     """Return the verdict, the probability and the reason."""
     discord, contrast, step = seen['discord'], seen['contrast'], seen['step']
     if overlap < LEAST_OVERLAP:
         share = f'{overlap:.1%} of the points have a neighbour in the other cloud'
         return Verdict.LOW_OVERLAP, p, share
+    if meeting < LEAST_MEETING:
+        few = f'{meeting} points have a neighbour in the other cloud; {LEAST_MEETING} are needed'
+        return Verdict.NOT_CONVERGED, p, few
     if p < CREDIBLE:
         if solve.credibility < CREDIBLE:
             return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'

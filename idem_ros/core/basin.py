@@ -19,7 +19,7 @@ def credibility(joint, T_target_source, model):
 
     In a valley every way out leads up: by how much q_mean rises a radius away, on average.
     """
-    motions = unit_motions(*middle_and_arm(joint, T_target_source))
+    motions = _units(joint, T_target_source)
     pairs = joint.pairs_at(T_target_source)
     near = [np.flatnonzero(np.diff(side.first)) for side in (pairs.of_target, pairs.of_source)]
     mean = float(contrasts(joint, T_target_source, motions, near, SAMPLE).mean())
@@ -67,8 +67,12 @@ def gauge(joint, T_target_source, T_guess):
 def _way(joint, T_target_source, T_guess):
     """Return how far the surfaces move from one pose to the other, in the clouds' unit."""
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
-    units = unit_motions(*middle_and_arm(joint, T_target_source))
-    return float(np.linalg.norm(np.linalg.solve(units, twist)))
+    return float(np.linalg.norm(np.linalg.solve(_units(joint, T_target_source), twist)))
+
+
+def _units(joint, T_target_source):
+    middle, arm = middle_and_arm(joint, T_target_source)
+    return unit_motions(middle, np.eye(3) / arm)
 
 
 def _everywhere(joint):

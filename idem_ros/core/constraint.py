@@ -45,8 +45,8 @@ class Hold(NamedTuple):
     noise: float  # mean variance of a normal [rad^2]
     motions: np.ndarray  # (6, 6): columns (omega, v) in the frame at the target's origin, each of
     # which moves the surfaces by about 1
-    pivot: np.ndarray  # (3,) in that frame: the rotations turn about it
-    arm: float  # rotations are by 1 / arm
+    units: np.ndarray  # (6, 6): `unit_motions` that they are made of
+    arm: float  # how far from their middle the surfaces reach
     # (balls, 6): how far each motion moves the surface in a ball along its normal
     along: np.ndarray
     centres: tuple[np.ndarray, np.ndarray]  # which of the target's and the source's the balls are
@@ -90,10 +90,11 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
         pivot, arm = middle_and_arm(joint, T)
         unknown = np.zeros(6), np.full(6, np.inf), np.inf
         nothing = np.empty((0, 6)), (of_target, of_source)
-        return Hold(*unknown, unit_motions(pivot, arm), pivot, arm, *nothing)
+        units = unit_motions(pivot, np.eye(3) / arm)
+        return Hold(*unknown, units, units, arm, *nothing)
     pivot = x.mean(axis=0)
     arm = max(float(np.sqrt(np.mean(np.sum((x - pivot) ** 2, axis=1)))), joint.radius)
-    units = unit_motions(pivot, arm)
+    units = unit_motions(pivot, _turns(x - pivot, joint.radius))
     a, b = (
         np.concatenate([j, j_there @ to_source]) @ units
         for j, j_there in zip(here, there, strict=True)
@@ -103,15 +104,25 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     strength, axes = np.linalg.eigh((mean + mean.T) / 2)
     error = ((a @ axes) * (b @ axes)).std(axis=0) / np.sqrt(len(x))
     known = a @ axes, (of_target, of_source)
-    return Hold(strength, error, noise, units @ axes, pivot, arm, *known)
+    return Hold(strength, error, noise, units @ axes, units, arm, *known)
 
 
-def unit_motions(pivot, arm):
-    """Return (6, 6): columns (omega, v) that turn by 1 / arm about a pivot, or move by 1."""
+def unit_motions(pivot, turns):
+    """Return (6, 6): columns (omega, v) that turn about a pivot by turns (3, 3), or move by 1."""
     units = np.eye(6)
-    units[:3, :3] /= arm
-    units[3:, :3] = se3.skew(pivot) / arm
+    units[:3, :3] = turns
+    units[3:, :3] = se3.skew(pivot) @ turns
     return units
+
+
+def _turns(offsets, least):
+    """Return (3, 3) rotations that move points at these (n, 3) offsets by 1, root mean square.
+
+    A corridor is turned farther about its axis than across it: its walls are near to that axis.
+    """
+    inertia = np.mean(np.sum(offsets**2, axis=1)) * np.eye(3) - offsets.T @ offsets / len(offsets)
+    squares, axes = np.linalg.eigh(inertia)
+    return axes / np.sqrt(np.maximum(squares, least**2)) @ axes.T
 
 
 def middle_and_arm(joint, T_target_source):

@@ -9,7 +9,6 @@ A part comes from regions twice as wide: what errs alike over more of the scene,
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.constraint import unit_motions
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.solver import LEAST_STIFFNESS
 
@@ -23,7 +22,6 @@ SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
 LEVERAGE = 0.95  # most of a motion's hold that one region may have: it leaves a finite variance
-FREE_VARIANCE = 1e6  # of a motion that nothing holds, in the clouds' unit squared
 FLOOR = 1e-4  # of the radius: where the solver stops
 
 
@@ -40,7 +38,8 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
     Args:
         joint: the `JointEntropy` that was minimised.
         T_target_source: (4, 4) where.
-        hold: its `Hold` there; along free motions the variance is FREE_VARIANCE, never infinite.
+        hold: its `Hold` there; along free motions the deviation is as far as the surfaces reach,
+            or 1 rad: more would leak into what is held, for the axes are not known exactly.
         pulls, stiffness: `by_region` there.
     """
     held, free = _firm_and_loose(hold, stiffness.sum(axis=0))
@@ -54,7 +53,7 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
         scatter *= JUMPS
     units = hold.motions[:, ~hold.free]
     floor = (FLOOR * joint.radius) ** 2 * units @ units.T
-    return scatter + floor + FREE_VARIANCE * free @ free.T
+    return scatter + floor + hold.arm**2 * free @ free.T
 
 
 def _scatter(pulls, stiffness, firm, roots):
@@ -85,7 +84,7 @@ def _curvature(joint, T, held, hold):
 
     The majoriser is wider than the cost: by how much, a sample of the centres tells.
     """
-    moved = np.linalg.norm(np.linalg.solve(unit_motions(hold.pivot, hold.arm), held), axis=0)
+    moved = np.linalg.norm(np.linalg.solve(hold.units, held), axis=0)
     steps = STEP * joint.radius / moved
     pairs = joint.pairs_at(T)
     stride = max(min(len(joint.target.order), len(joint.source.order)) // SAMPLE, 1)

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from idem_ros.core.constraint import unit_motions
-
 AXES = 'xyz'
 MOSTLY_TURN = 0.5  # of a unit motion: from here on it is named by its turn
 ON_AXIS = 0.95  # of an axis within a subspace: from here on the subspace is named by its axes
@@ -19,7 +17,7 @@ def free_in_words(hold, R_target_source):
     Returns:
         A phrase; empty where none is free.
     """
-    scaled = np.linalg.solve(unit_motions(hold.pivot, hold.arm), hold.motions[:, hold.free])
+    scaled = np.linalg.solve(hold.units, hold.motions[:, hold.free])
     turns, moves = scaled[:3], scaled[3:]
     if not scaled.size:
         return ''
