@@ -2,6 +2,7 @@ import naive
 import numpy as np
 import pytest
 from clouds import motion, surface
+from scipy.spatial import cKDTree
 
 from idem_ros.core import se3
 from idem_ros.core.candidates import candidate_pairs, still_hold
@@ -137,7 +138,7 @@ def test_voxels_of_voxels_hold_the_moments_of_all_points(rng):
     np.testing.assert_allclose(naive.symmetric(raw[0, 1:]), expected, atol=1e-10)
 
 
-def linearized(target, source, r, noise, slide=False, raw=UNIT):
+def linearized(target, source, r, noise, slide=False, raw=UNIT, level=False):
     """Gradient and matrix of the target's side, from points that stand for themselves."""
     (own,) = neighbourhoods([Cloud(target)], r, r)
     others = build_grid(source - Cloud(target).origin, r)[0].points
@@ -145,7 +146,8 @@ def linearized(target, source, r, noise, slide=False, raw=UNIT):
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
     around = (own.grid.points, own.raw_own, others, raw, first, member, np.eye(3), np.zeros(3))
     sums = np.zeros((1, SUMS))
-    linearize(*around, r**2, r, noise, slide, (0, len(target), 1), IN_ONE, sums)
+    size = (r**2, r, noise, slide, level)
+    linearize(*around, *size, (0, len(target), 1), IN_ONE, sums)
     return unpack(sums[0])
 
 
@@ -234,3 +236,40 @@ def test_gradient_and_matrix_of_one_ball_are_those_written_out_with_matrices(rng
     np.testing.assert_allclose(gradient, 6 * rho / 11 * np.sum(pulls, axis=0), rtol=1e-8)
     expected = 6 * rho * 5 * (1 - 5 / 11) / 11 * J_mean.T @ W @ J_mean
     np.testing.assert_allclose(matrix, expected, rtol=1e-8)
+
+
+def test_own_points_bend_as_far_as_the_others_spread(rng):
+    target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 0.3
+    source, target = source - target.mean(axis=0), target - target.mean(axis=0)
+    W = np.linalg.inv(np.cov(np.vstack([target, source]).T, bias=True))
+    c_det = (2 * np.pi * np.e) ** 3 / np.linalg.det(W * r**2)
+    J, pull = [np.c_[-se3.skew(x), np.eye(3)] for x in source], np.zeros(6)
+    for p in target:
+        spreads = [np.mean(np.sum((points - p) ** 2, axis=1)) for points in (source, target)]
+        bend = np.clip(spreads[0] / spreads[1], 0.5, 2.0)
+        middle = p + (np.sum(source - p, axis=0) + bend * np.sum(target - p, axis=0)) / 11
+        pull += sum(j.T @ W @ (x - middle) for j, x in zip(J, source, strict=True))
+
+    gradient, _ = linearized(target, source, r, 0.0, level=True)
+
+    np.testing.assert_allclose(gradient, c_det / (1 + c_det) / 11 * pull, rtol=1e-8)
+
+
+def test_only_samplings_that_are_not_alike_are_levelled(rng):
+    even = surface(rng, 20_000)
+    tree, kept = cKDTree(even), np.ones(len(even), bool)
+    for i in range(len(even)):
+        if kept[i]:
+            kept[tree.query_ball_point(even[i], 0.05)] = False
+            kept[i] = True
+    even, radius = Cloud(even[kept]), 0.08
+    first, second = (Cloud(surface(rng, len(even))) for _ in range(2))
+
+    def levelled(*clouds, slide=True):
+        return JointEntropy(*clouds, radius, 'radius', slide=slide).size[-1]
+
+    assert levelled(first, even)
+    assert levelled(even, first)
+    assert not levelled(first, second)
+    assert not levelled(first, even, slide=False)
+    assert not levelled(first.reduced(0.02), even.reduced(0.02))

@@ -137,6 +137,5 @@ def _sum(joint, clouds, candidates, T, group, stride, sums):
     centres, others = clouds
     R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
     around = (others.grid.points, others.raw, *candidates, R, t)
-    size = (joint.r2, joint.scale, joint.noise, joint.slide)
     chosen = (0, len(centres.order), stride)
-    linearize(centres.grid.points, centres.raw_own, *around, *size, chosen, group, sums)
+    linearize(centres.grid.points, centres.raw_own, *around, *joint.size, chosen, group, sums)

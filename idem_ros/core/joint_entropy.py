@@ -11,6 +11,7 @@ from idem_ros.core.cloud import neighbourhoods
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
 from idem_ros.core.moments import TIE, entropy_difference
 
+ALIKE = 0.03  # of the radius squared: samplings at random differ by 0.01, from even ones by 0.08
 NOISE = 0.005  # of the radius: standard deviation added to every axis of a covariance
 
 
@@ -35,9 +36,10 @@ class JointEntropy:
         self.skin = SKIN * radius
         self.reach = radius * TIE + self.skin
         self.target, self.source = neighbourhoods([target, source], radius, self.scale, threads)
+        level = slide and not _are_alike(self.target, self.source, self.r2)
+        self.size = (self.r2, self.scale, self.noise, slide, level)
         self.pairs = None
         self.threads = threads
-        self.slide = slide
 
     def per_point(self, T_target_source):
         """Return q_i (Eq. 7) and the other's points in reach, for the target and the source.
@@ -91,15 +93,25 @@ class JointEntropy:
         """Return what sums the linearisation of each block of centres."""
         own = (centres.grid.points, centres.raw_own)
         around = (others.grid.points, others.raw, *candidates, *_rotation_and_translation(T))
-        size = (self.r2, self.scale, self.noise, self.slide)
 
         def sums_of(begin, end):
             """Return the sums (27,) of a block of centres."""
             sums = np.zeros((1, SUMS))
-            linearize(*own, *around, *size, (begin, end, 1), IN_ONE, sums)
+            linearize(*own, *around, *self.size, (begin, end, 1), IN_ONE, sums)
             return sums[0]
 
         return [partial(sums_of, *span) for span in spans(len(centres.order))]
+
+
+def _are_alike(target, source, r2):
+    """Whether points are spread about those of their own cloud alike, or stand for raw ones."""
+    if len(target.raw) or len(source.raw):
+        return True
+    spreads = []
+    for own in (target.unit_own, source.unit_own):
+        own = own[own[:, 0] > 1.0]
+        spreads.append(np.mean((own[:, 4] + own[:, 7] + own[:, 9]) / own[:, 0]) if len(own) else 0)
+    return bool(abs(spreads[0] - spreads[1]) <= ALIKE * r2)
 
 
 def _rotation_and_translation(transform):

@@ -25,12 +25,28 @@ from idem_ros.core.moments import (
 # One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
 SUMS = 27
 BALANCED = 0.35  # of the radius, between the means of a ball's two clouds
+MOST_BEND = 2.0
 IN_ONE = np.empty(0, np.int64)  # all centres are of the first group
 
 
 @njit(**JIT)
 def linearize(
-    centres, own, points, raw, first, member, R, t, r2, scale, noise, slide, chosen, group, sums
+    centres,
+    own,
+    points,
+    raw,
+    first,
+    member,
+    R,
+    t,
+    r2,
+    scale,
+    noise,
+    slide,
+    level,
+    chosen,
+    group,
+    sums,
 ):
     """Add gradient and Gauss-Newton matrix over centres begin, begin + stride, ... < end to sums.
 
@@ -40,7 +56,7 @@ def linearize(
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
     axis of every covariance. slide: leave out the pull along the surface, `_along_thinnest`; among
-    raw points each ball counts by its `_balance`.
+    raw points each ball counts by its `_balance`. level: see `_bend`.
     """
     c = TWO_PI_E_CUBED / scale**6
     for i in range(*chosen):
@@ -68,7 +84,8 @@ def linearize(
                 if raw.shape[0] > 0:
                     rho *= _balance(joint, cross, r2)
             g = group[i] if group.shape[0] > 0 else 0
-            _add_centre(centres[i], cross, joint, w, rho, g, sums)
+            bend = _bend(joint, cross) if level else 0.0
+            _add_centre(centres[i], cross, joint, w, rho, bend, g, sums)
 
 
 @njit(**JIT)
@@ -115,6 +132,22 @@ def _balance(joint, cross, r2):
 
 
 @njit(**JIT)
+def _bend(joint, cross):
+    """Return by how much more the other cloud's points spread about the centre, less 1.
+
+    A surface bends away from its tangent by as much as points spread along it: the mean of own
+    points, times this, lies that much too near. The centre is one of them, and others of an even
+    sampling keep off it. Of two samplings alike the one cloud's balls make up for the other's.
+    """
+    others = cross[4] + cross[7] + cross[9]
+    own = joint[4] + joint[7] + joint[9] - others
+    if own <= 0.0:
+        return 0.0
+    more = others / cross[0] * (joint[0] - cross[0]) / own
+    return min(max(more, 1.0 / MOST_BEND), MOST_BEND) - 1.0
+
+
+@njit(**JIT)
 def _product(a, b):
     """Return the product of two symmetric matrices of the same axes, symmetric too."""
     axx, axy, axz, ayy, ayz, azz = a
@@ -136,11 +169,16 @@ def _times(w, x, y, z):
 
 
 @njit(**JIT)
-def _add_centre(p, cross, joint, w, rho, g, sums):
-    """Add one centre's gradient and matrix; the sums of a ball are relative to its centre p."""
+def _add_centre(p, cross, joint, w, rho, bend, g, sums):
+    """Add one centre's gradient and matrix; the sums of a ball are relative to its centre p.
+
+    bend: own points count as this much farther from the centre.
+    """
     n, sx, sy, sz, xx, xy, xz, yy, yz, zz = cross
     k = joint[0]
-    mx, my, mz = joint[1] / k, joint[2] / k, joint[3] / k
+    mx = (joint[1] + bend * (joint[1] - sx)) / k
+    my = (joint[2] + bend * (joint[2] - sy)) / k
+    mz = (joint[3] + bend * (joint[3] - sz)) / k
     f = rho / k
     # v: W sum(x_l - m)
     bx, by, bz = _times(w, sx - n * mx, sy - n * my, sz - n * mz)
