@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from idem_ros.core import Verdict
+from idem_ros.core import Status, Verdict
 
 OK, WARN, ERROR, STALE = range(4)
 WRONG = (Verdict.MISALIGNED, Verdict.SEPARATED, Verdict.OUTSIDE_BASIN)
@@ -56,9 +56,9 @@ def assessment_record(said):
 
 
 def is_registered(result):
-    """Return whether a registration found its pose: it converged, or the verdict is aligned."""
+    """Return whether a registration found its pose: by the verdict, or without one converged."""
     said = result.assessment
-    return result.converged or (said is not None and said.verdict is Verdict.ALIGNED)
+    return result.converged if said is None else said.verdict is Verdict.ALIGNED
 
 
 def _known(number):
@@ -94,5 +94,7 @@ def _assessment_values(refinement):
 
 
 def reason(result):
-    """Say in words why a result has its status."""
+    """Say in words why a result has its status; of a pose that was only judged, its verdict."""
+    if result.status is Status.AUDITED and result.assessment is not None:
+        return f'{result.assessment.verdict.value}: {result.assessment.reason}'
     return REASONS.get(result.status.value, result.status.value)

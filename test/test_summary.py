@@ -115,8 +115,8 @@ def test_what_is_registered_is_told_from_what_is_not(replayed):
         ended(third, Status.MAX_ITERATIONS, Verdict.NOT_CONVERGED),
     )
     lines = table(replace(replayed, frames=frames)).splitlines()
-    assert '2 registered (1 converged, 1 max_iterations)' in lines
-    assert '1 not registered (1 max_iterations)' in lines
+    assert '1 registered (1 max_iterations)' in lines
+    assert '2 not registered (1 misaligned, 1 max_iterations)' in lines
 
 
 def test_points_left_out_are_counted(replayed):

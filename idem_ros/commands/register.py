@@ -6,8 +6,6 @@ from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
 
-UNKNOWN = 100.0  # [m], [rad]: so large is the deviation along a motion that nothing holds
-
 
 def add_parser(subparsers):
     """Add the subcommand."""
@@ -16,7 +14,7 @@ def add_parser(subparsers):
         help='register one cloud file to another',
         description='Refine the pose of SOURCE in the frame of TARGET, from --guess, or without '
         'one from the identity: it does not find a pose from far off. The exit code is 0 where '
-        'the registration converged or its verdict is aligned, else 1 (its status says why).',
+        'the verdict is aligned (with --assessment none: it converged), else 1.',
     )
     parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
     parser.add_argument('source', metavar='SOURCE', help='cloud file')
@@ -113,10 +111,14 @@ def _text(args, result):
 def _said(assessment):
     import numpy as np
 
+    from idem_ros.core.assessment import Verdict
+
     if assessment is None:
         return
     p = 'unknown' if np.isnan(assessment.p_aligned) else f'{assessment.p_aligned:.3f}'
-    yield f'{assessment.verdict.value} (p = {p}): {assessment.reason}'
+    yield f'{assessment.verdict.value} (p_aligned {p}): {assessment.reason}'
+    if assessment.verdict not in (Verdict.ALIGNED, Verdict.DEGENERATE):
+        return
     metres, radians = np.split(assessment.covariance.diagonal() ** 0.5, 2)
     yield (
         f'standard deviations: {_deviations(("x", "y", "z"), metres, 1.0)} m, '
@@ -125,5 +127,4 @@ def _said(assessment):
 
 
 def _deviations(axes, sigmas, unit):
-    shown = (f'{unit * each:.3g}' if each < UNKNOWN else 'unknown' for each in sigmas)
-    return ' '.join(f'{axis} {number}' for axis, number in zip(axes, shown, strict=True))
+    return ' '.join(f'{axis} {unit * s:.3g}' for axis, s in zip(axes, sigmas, strict=True))

@@ -20,7 +20,7 @@ result.json becomes result.idem.json and result.gicp.json. q_tot, overlap and ra
 of every method are those of IDEM's metric at its result.
 
 Ctrl-C ends with the report and the files of what was done, and exit code 130.
-Exit code: 0 a pair was registered (it converged, or its verdict is aligned), 1 none was
+Exit code: 0 a pair was registered (its verdict is aligned; without one, it converged), 1 none was
 (of several methods: by one of them) or BAG cannot be read, 2 the command line is wrong.
 
 What is found waits on disk, in the folder of temporary files (TMPDIR; some 8 kB a

@@ -53,7 +53,9 @@ class Assessment:
     contrast: float = np.nan
     step: float = 0.0  # how far the next step would move the surfaces, over the radius
     overlap: float = 0.0
-    basin: float = np.nan  # where the guess was: 0 at the minimum, 1 at the rim of its basin
+    basin: float = (
+        np.nan
+    )  # where the guess was: 0 at the minimum, 1 at its basin's rim; nan: audit
     # how far from it the registration of target to source ends, as the surfaces move, in the
     # clouds' unit; nan: not asked for
     swap_gap: float = np.nan
@@ -90,6 +92,7 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
         'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
     }
     meeting = sum(int(np.count_nonzero(reach)) for _, reach in differences)
+    audited = solve.status is Status.AUDITED
     enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING
     p = probability(**seen) if enough else np.nan
     free = free_in_words(hold, T[:3, :3])
@@ -100,7 +103,7 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
         free=free,
         covariance=_of_pose(covariance, position),
         overlap=overlap,
-        basin=gauge(solve.first, T, solve.T_guess),
+        basin=np.nan if audited else gauge(solve.first, T, solve.T_guess),
         **seen,
     )
 
@@ -121,7 +124,7 @@ def swap_gap(prepared, T_guess, T, hold):
 
 def too_little(target, source):
     """Return the `Assessment` of clouds that have too few points, or all in one place."""
-    counts = f'{len(target)} and {len(source)} points'
+    counts = f'{len(target)} and {len(source)} points (or voxels)'
     reason = f'{counts} are too few to judge, or all in one place'
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 

@@ -213,12 +213,15 @@ def _listed(counts):
 
 
 def _tallies(frames):
-    """Return the statuses of what is registered and of the rest, verdicts, points left out."""
+    """Return how what is registered ended, and the rest, verdicts, points left out."""
     registered, others, verdicts, left_out = Counter(), Counter(), Counter(), Counter()
     for refinement in (frame.refinement for frame in frames):
-        statuses = registered if is_registered(refinement.result) else others
-        statuses[refinement.result.status.value] += 1
-        if said := refinement.result.assessment:
-            verdicts[said.verdict.value] += 1
+        result = refinement.result
+        if is_registered(result):
+            registered[result.status.value] += 1
+        else:  # what converged and is not aligned: in a wrong place, or too little to judge
+            others[(result.assessment.verdict if result.converged else result.status).value] += 1
+        if result.assessment:
+            verdicts[result.assessment.verdict.value] += 1
         left_out.update({name: getattr(refinement, name) for name in LEFT_OUT})
     return registered, others, verdicts, left_out
