@@ -6,7 +6,7 @@
 import numpy as np
 
 LEAST = 1e-3  # of the step
-WEIGHTS = (-12.55, 5.273, -3.719, -2.588)  # of discord, contrast, log10 of the step; the constant
+WEIGHTS = (-12.75, 4.947, -4.0, -3.238)  # of discord, contrast, log10 of the step; the constant
 
 
 def features(discord, contrast, step):
