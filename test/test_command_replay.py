@@ -161,7 +161,7 @@ def test_an_audit_has_neither_before_nor_after(folder, capsys):
 
 
 def test_an_audit_is_content_where_a_pose_is_aligned(folder, rng, capsys):
-    write_mcap('exact.mcap', scans(rng, perturbation=(0.0, 0.0)))
+    write_mcap('exact.mcap', scans(rng, points=3000, perturbation=(0.0, 0.0)))
     assert main(['replay', 'exact.mcap', '--mode', 'audit']) == 0
     assert 'verdicts: 3 aligned' in capsys.readouterr().out
 
