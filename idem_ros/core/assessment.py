@@ -53,9 +53,8 @@ class Assessment:
     contrast: float = np.nan
     step: float = 0.0  # how far the next step would move the surfaces, over the radius
     overlap: float = 0.0
-    basin: float = (
-        np.nan
-    )  # where the guess was: 0 at the minimum, 1 at its basin's rim; nan: audit
+    # where the guess was: 0 at the minimum, 1 at the rim of its basin; nan: an audit
+    basin: float = np.nan
     # how far from it the registration of target to source ends, as the surfaces move, in the
     # clouds' unit; nan: not asked for
     swap_gap: float = np.nan
