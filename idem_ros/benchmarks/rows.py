@@ -8,8 +8,8 @@ from idem_ros.benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from idem_ros.benchmarks.real_pairs import real_case, real_pairs
 from idem_ros.benchmarks.surfaces import CONDITIONS, condition
 
-SEEDS = 10
-STARTS = 20  # a row and level
+SEEDS = {'simulated': 20, 'condition': 40}  # cases of a row, each of which is started from once
+STARTS = 20  # a level, of a row that has but one case
 SCENES = {'street': (0.5, 0.25), 'room': (0.1,), 'forest': (0.5,)}
 """Scenes of the simulator and the voxel sizes they are registered at [m]; maps at the first."""
 QUICK = ('street scan-scan 500 mm', 'overlap 30 %', 'similar', 'bunny 000-090 2 mm', 'KITTI 0-1 *')
@@ -50,15 +50,15 @@ def _simulated():
         for how, build, voxel_size in made:
             name = f'{kind} {how} {1e3 * voxel_size:g} mm'
             builders = tuple(
-                partial(build, f'{name} {seed}', kind, seed, voxel_size) for seed in range(SEEDS)
+                partial(build, f'{name} {seed}', kind, seed, voxel_size) for seed in range(SEEDS['simulated'])
             )
-            yield Row(name, 'simulated', builders, STARTS // SEEDS)
+            yield Row(name, 'simulated', builders, 1)
 
 
 def _conditions():
     for name in CONDITIONS:
-        builders = tuple(partial(condition, name, seed) for seed in range(SEEDS))
-        yield Row(name, 'condition', builders, STARTS // SEEDS)
+        builders = tuple(partial(condition, name, seed) for seed in range(SEEDS['condition']))
+        yield Row(name, 'condition', builders, 1)
 
 
 def _real():
