@@ -10,7 +10,7 @@ from idem_ros.core.cloud import Cloud, neighbourhoods
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import build_grid, neighbours
 from idem_ros.core.joint_entropy import JointEntropy
-from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
+from idem_ros.core.linearization import IN_ONE, SUMS, linearize, of_both
 from idem_ros.core.moments import entropy, raw_moments, rotated, unit_moments
 from idem_ros.core.voxels import reduce_to_voxels
 
@@ -145,10 +145,11 @@ def linearized(target, source, r, noise, slide=False, raw=UNIT, level=False):
     first = np.arange(len(target) + 1) * len(source)
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
     around = (own.grid.points, own.raw_own, others, raw, first, member, np.eye(3), np.zeros(3))
-    sums = np.zeros((1, SUMS))
+    sums = np.zeros((1, 1, SUMS))
     size = (r**2, r, noise, slide, level)
-    linearize(*around, *size, (0, len(target), 1), IN_ONE, sums)
-    return unpack(sums[0])
+    linearize(*around, *size, (0, len(target), 1), IN_ONE, sums[0])
+    (gradient,), (matrix,) = of_both(sums, np.zeros_like(sums), np.eye(4))
+    return gradient, matrix
 
 
 @pytest.mark.parametrize('noise', [0.0, 0.01])

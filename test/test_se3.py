@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from clouds import motion
 from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
 from idem_ros.core import se3
 
@@ -16,6 +17,17 @@ def generator(twist):
 def test_exp_is_the_matrix_exponential(rng, size):
     twist = size * rng.normal(size=6)
     np.testing.assert_allclose(se3.exp(twist), expm(generator(twist)), atol=1e-13)
+
+
+@pytest.mark.parametrize('angle', [0.0, 1e-12, 1e-7, 1e-4, 0.1, 1.7, 2.5, 3.14159, np.pi - 1e-9])
+def test_log_is_the_twist_that_exp_takes(rng, angle):
+    for axis in (*np.eye(3), *-np.eye(3), *rng.normal(size=(20, 3))):
+        omega = angle * axis / np.linalg.norm(axis)
+        T = se3.exp(np.r_[omega, rng.normal(size=3)])
+        twist = se3.log(T)
+        np.testing.assert_allclose(se3.exp(twist), T, atol=1e-13)
+        expected = Rotation.from_matrix(T[:3, :3]).as_rotvec()
+        np.testing.assert_allclose(twist[:3], expected, atol=1e-9)
 
 
 def test_inverse_undoes_a_motion(rng):

@@ -4,7 +4,6 @@ As in molecular dynamics (Verlet lists): pairs within the radius and a skin stay
 the source has moved by the skin.
 """
 
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,6 @@ from idem_ros.core.jit import JIT
 from idem_ros.core.moments import into_frame
 
 SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
-IS_HIGH = np.array(list(product((False, True), repeat=3)))  # (8, 3): of a box's corners
 EXPECTED = 8  # candidates a point; the list grows where there are more
 
 
@@ -34,7 +32,7 @@ class CandidatePairs(NamedTuple):
     of_target: Candidates
     of_source: Candidates
     transform: np.ndarray  # (4, 4) T_target_source at which they were enumerated
-    corners: np.ndarray  # (8, 3) of a box around the source
+    box: tuple[np.ndarray, np.ndarray]  # lowest and highest coordinates (3,) of the source
 
 
 def candidate_pairs(target, source, T_target_source, reach, threads=1):
@@ -47,39 +45,43 @@ def candidate_pairs(target, source, T_target_source, reach, threads=1):
     else:
         of_target = _candidates(target.points, source, T_target_source, reach, threads)
         of_source = Candidates(*_transposed(*of_target, len(source.points)))
-    corners = np.where(IS_HIGH, *bounds(source.points)[::-1])
-    return CandidatePairs(of_target, of_source, T_target_source, corners)
+    return CandidatePairs(of_target, of_source, T_target_source, bounds(source.points))
 
 
 def _candidates(points, grid, T_points_grid, reach, threads):
     R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
 
     def enumerate_block(begin, end):
-        """Return the counts and the candidates of a block of points."""
+        """Return the candidates of a block of points, as those of a cloud."""
         return _enumerate(points[begin:end], R, t, grid, reach**2)
 
     blocks = in_blocks(len(points), threads, enumerate_block)
-    first = np.zeros(len(points) + 1, np.int64)
-    np.cumsum(np.concatenate([count for count, _ in blocks]), out=first[1:])
-    return Candidates(first, np.concatenate([member for _, member in blocks]))
+    if len(blocks) == 1:
+        return Candidates(*blocks[0])
+    ends = np.cumsum([first[-1] for first, _ in blocks])
+    firsts = [first[1:] + end - first[-1] for (first, _), end in zip(blocks, ends, strict=True)]
+    members = np.concatenate([member for _, member in blocks])
+    return Candidates(np.concatenate([np.zeros(1, np.int64), *firsts]), members)
 
 
 def still_hold(pairs, T_target_source, skin):
     """Whether no point of the source has moved by more than the skin since the enumeration."""
-    # How far a point is moved is convex in the point: greatest in a corner.
-    return _farthest(T_target_source - pairs.transform, pairs.corners) <= skin**2
+    return _farthest(T_target_source, pairs.transform, pairs.box) <= skin**2
 
 
 @njit(**JIT)
-def _farthest(change, corners):
-    """Return the greatest squared distance that corners (8, 3) move by a change of transform."""
+def _farthest(T, before, box):
+    """Return the greatest squared distance that points of a box move by from a transform to T.
+
+    How far a point is moved is convex in the point: greatest in a corner.
+    """
     most = 0.0
-    for c in range(corners.shape[0]):
+    for corner in range(8):
         square = 0.0
         for i in range(3):
-            moved = change[i, 3]
+            moved = T[i, 3] - before[i, 3]
             for k in range(3):
-                moved += change[i, k] * corners[c, k]
+                moved += (T[i, k] - before[i, k]) * box[corner >> k & 1][k]
             square += moved * moved
         most = max(most, square)
     return most
@@ -87,23 +89,24 @@ def _farthest(change, corners):
 
 @njit(**JIT)
 def _enumerate(points, R, t, grid, r2):
-    """Return how many candidates each point has, and all of them in a row.
+    """Return where the candidates of each point begin and end, and all of them in a row.
 
     R, t take the grid's frame to that of the points.
     """
     n = points.shape[0]
-    count, member = np.empty(n, np.int64), np.empty(EXPECTED * n, np.int32)
+    first, member = np.empty(n + 1, np.int64), np.empty(EXPECTED * n, np.int32)
     found = np.empty(grid.points.shape[0] + 1, np.int32)
-    at = 0
+    first[0] = at = 0
     for i in range(n):
         x, y, z = into_frame(points[i], R, t)
-        count[i] = np.int64(neighbours(x, y, z, grid, r2, found))
-        while at + count[i] > member.shape[0]:
+        count = np.int64(neighbours(x, y, z, grid, r2, found))
+        while at + count > member.shape[0]:
             member = np.concatenate((member, np.empty_like(member)))
-        for c in range(np.uint64(count[i])):
+        for c in range(np.uint64(count)):
             member[np.uint64(at) + c] = found[c]
-        at += count[i]
-    return count, member[:at].copy()  # a view would keep all of it
+        at += count
+        first[i + 1] = at
+    return first, member[:at].copy()  # a view would keep all of it
 
 
 @njit(**JIT)

@@ -130,10 +130,22 @@ def middle_and_arm(joint, T_target_source):
 
     Between the clouds' origins; the arm is a root mean square, and a radius at least.
     """
-    points = joint.source.grid.points
-    middle = points.mean(axis=0)
-    arm = float(np.sqrt(np.mean(np.sum((points - middle) ** 2, axis=1))))
-    return se3.transform_points(T_target_source, middle), max(arm, joint.radius)
+    middle, square = _mean_and_variance(joint.source.grid.points)
+    return se3.transform_points(T_target_source, middle), max(np.sqrt(square), joint.radius)
+
+
+@njit(**JIT)
+def _mean_and_variance(points):
+    """Return the mean of (N, 3) points, and their mean squared distance from it."""
+    mean, square, n = np.zeros(3), 0.0, points.shape[0]
+    for i in range(n):
+        for k in range(3):
+            mean[k] += points[i, k]
+    mean /= n
+    for i in range(n):
+        for k in range(3):
+            square += (points[i, k] - mean[k]) ** 2
+    return mean, square / n
 
 
 def _planes(centres, others, candidates, T, r2, sample):

@@ -9,7 +9,7 @@ A part comes from regions twice as wide: what errs alike over more of the scene,
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
+from idem_ros.core.linearization import IN_ONE, SUMS, linearize, of_both
 from idem_ros.core.solver import LEAST_STIFFNESS
 
 # Edge of the cubes that err together: of the arm, and of the radius at least.
@@ -106,14 +106,12 @@ def _by_region(joint, pairs, T, region, stride=1):
 
     region: edge; None: all is one.
     """
-    here, there = np.zeros((2, 1 if region is None else PERIOD**3, SUMS))
+    here, there = np.zeros((2, 1, 1 if region is None else PERIOD**3, SUMS))
     back = se3.inverse(T)
     groups = _groups(joint, T, region)
-    _sum(joint, (joint.target, joint.source), pairs.of_target, T, groups[0], stride, here)
-    _sum(joint, (joint.source, joint.target), pairs.of_source, back, groups[1], stride, there)
-    to_source = se3.adjoint(back)
-    (pulls, stiffness), (pulls_there, stiffness_there) = map(unpack, (here, there))
-    return pulls - pulls_there @ to_source, stiffness + to_source.T @ stiffness_there @ to_source
+    _sum(joint, (joint.target, joint.source), pairs.of_target, T, groups[0], stride, here[0])
+    _sum(joint, (joint.source, joint.target), pairs.of_source, back, groups[1], stride, there[0])
+    return of_both(here, there, back)
 
 
 def _groups(joint, T, region):

@@ -32,19 +32,28 @@ def build_grid(points, cell):
     Returns:
         The grid, and the (N,) order: grid.points = points[order].
     """
-    low, high = bounds(points)
-    extent = np.floor((high - low) / cell).astype(np.int64) + 1
-    bits = _period_bits(extent, len(points))
-    start, order, ordered = _sort_into_cells(points, low, 1.0 / cell, bits)
+    low, extent, bits, start, order, ordered = _sort_into_cells(points, cell)
     return Grid(start, ordered, low, extent, bits, cell), order
 
 
+@njit(**JIT)
 def _period_bits(extent, n_points):
-    bits = [max((n - 1).bit_length(), LEAST_BITS) for n in extent.tolist()]
-    most = max((CELLS_PER_POINT * n_points - 1).bit_length(), 3 * LEAST_BITS)
-    while sum(bits) > most:
-        bits[bits.index(max(bits))] -= 1
-    return np.array(bits)
+    bits = np.empty(3, np.int64)
+    for axis in range(3):
+        bits[axis] = max(_bit_length(extent[axis] - 1), LEAST_BITS)
+    most = max(_bit_length(CELLS_PER_POINT * n_points - 1), 3 * LEAST_BITS)
+    while bits[0] + bits[1] + bits[2] > most:
+        bits[np.argmax(bits)] -= 1
+    return bits
+
+
+@njit(**JIT)
+def _bit_length(n):
+    length = 0
+    while n > 0:
+        n >>= 1
+        length += 1
+    return length
 
 
 @njit(**JIT)
@@ -60,9 +69,14 @@ def bounds(points):
 
 
 @njit(**JIT)
-def _sort_into_cells(points, low, inverse_cell, bits):
+def _sort_into_cells(points, cell):
     """Counting sort by cell; points of one cell keep their order."""
     n = points.shape[0]
+    low, high = bounds(points)
+    extent, inverse_cell = np.empty(3, np.int64), 1.0 / cell
+    for axis in range(3):
+        extent[axis] = np.int64(np.floor((high[axis] - low[axis]) / cell)) + 1
+    bits = _period_bits(extent, n)
     key = np.empty(n, np.int64)
     start = np.zeros((1 << (bits[0] + bits[1] + bits[2])) + 2, np.int32)
     mask_x, mask_y, mask_z = (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
@@ -80,7 +94,7 @@ def _sort_into_cells(points, low, inverse_cell, bits):
         start[key[i] + 1] += 1
         order[at] = i
         ordered[at, 0], ordered[at, 1], ordered[at, 2] = points[i, 0], points[i, 1], points[i, 2]
-    return start[:-1], order, ordered
+    return low, extent, bits, start[:-1], order, ordered
 
 
 @njit(**JIT)

@@ -8,7 +8,7 @@ from idem_ros.core import se3
 from idem_ros.core.blocks import in_blocks, in_threads, spans
 from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
 from idem_ros.core.cloud import neighbourhoods
-from idem_ros.core.linearization import IN_ONE, SUMS, linearize, unpack
+from idem_ros.core.linearization import IN_ONE, SUMS, linearize, of_both
 from idem_ros.core.moments import TIE, entropy_difference
 
 ALIKE = 0.03  # of the radius squared: samplings at random differ by 0.01, from even ones by 0.08
@@ -57,14 +57,15 @@ class JointEntropy:
         """Return gradient (6,) and Gauss-Newton matrix (6, 6) for a twist on the left."""
         pairs = self.pairs_at(T_target_source)
         T_source_target = se3.inverse(T_target_source)
-        of_target = self._blocks(self.target, self.source, pairs.of_target, T_target_source)
-        of_source = self._blocks(self.source, self.target, pairs.of_source, T_source_target)
-        sums = in_threads(self.threads, lambda block: block(), of_target + of_source)
-        here = unpack(np.sum(sums[: len(of_target)], axis=0))
-        there = unpack(np.sum(sums[len(of_target) :], axis=0))
-        # exp(xi) T has the inverse exp(-Ad(T)^-1 xi) T^-1.
-        back = se3.adjoint(T_source_target)
-        return here[0] - back.T @ there[0], here[1] + back.T @ there[1] @ back
+        here, of_target = self._blocks(
+            self.target, self.source, pairs.of_target, T_target_source
+        )
+        there, of_source = self._blocks(
+            self.source, self.target, pairs.of_source, T_source_target
+        )
+        in_threads(self.threads, lambda block: block(), of_target + of_source)
+        (gradient,), (matrix,) = of_both(here, there, T_source_target)
+        return gradient, matrix
 
     def pairs_at(self, T_target_source):
         """Return the `CandidatePairs` near a transform, enumerated again where it has moved."""
@@ -90,17 +91,15 @@ class JointEntropy:
         return q, reach
 
     def _blocks(self, centres, others, candidates, T):
-        """Return what sums the linearisation of each block of centres."""
+        """Return sums (blocks, 1, 27) to be filled, and what fills those of each block."""
         own = (centres.grid.points, centres.raw_own)
         around = (others.grid.points, others.raw, *candidates, *_rotation_and_translation(T))
-
-        def sums_of(begin, end):
-            """Return the sums (27,) of a block of centres."""
-            sums = np.zeros((1, SUMS))
-            linearize(*own, *around, *self.size, (begin, end, 1), IN_ONE, sums)
-            return sums[0]
-
-        return [partial(sums_of, *span) for span in spans(len(centres.order))]
+        blocks = spans(len(centres.order))
+        sums = np.zeros((len(blocks), 1, SUMS))
+        return sums, [
+            partial(linearize, *own, *around, *self.size, (*block, 1), IN_ONE, of_block)
+            for block, of_block in zip(blocks, sums, strict=True)
+        ]
 
 
 def _are_alike(target, source, r2):

@@ -21,6 +21,7 @@ from idem_ros.core.moments import (
     row_of,
     unit_moments,
 )
+from idem_ros.core.se3 import adjoint_of
 
 # One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
 SUMS = 27
@@ -226,14 +227,6 @@ def _add_matrix(x, y, z, w, f, g, sums):
     sums[g, 26] += f * (a21 * x - a20 * y)
 
 
-def unpack(sums):
-    """Return gradients (..., 6) and Gauss-Newton matrices (..., 6, 6) of sums (..., 27).
-
-    Both are in the order (omega, v).
-    """
-    return sums[..., :6], sums[..., _MATRIX]
-
-
 def _places():
     """Return where in the sums each entry of the matrix is, (6, 6)."""
     place = np.empty((6, 6), int)
@@ -245,3 +238,44 @@ def _places():
 
 
 _MATRIX = _places()
+
+
+@njit(**JIT)
+def of_both(here, there, T_source_target):
+    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) for a twist (omega, v).
+
+    Of the sums (blocks, G, 27) around the target's centres, for a twist on the left of
+    T_target_source, and around the source's, for one on the left of its inverse: exp(xi) T has
+    the inverse exp(-Ad(T)^-1 xi) T^-1.
+    """
+    groups = here.shape[1]
+    back = adjoint_of(T_source_target)
+    pulls, stiffness = np.zeros((groups, 6)), np.zeros((groups, 6, 6))
+    pull, matrix, product = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
+    for g in range(groups):
+        _unpack(there[:, g], pull, matrix)
+        _unpack(here[:, g], pulls[g], stiffness[g])
+        for i in range(6):
+            for j in range(6):
+                pulls[g, i] -= back[j, i] * pull[j]
+                product[i, j] = 0.0
+                for k in range(6):
+                    product[i, j] += matrix[i, k] * back[k, j]
+        for i in range(6):
+            for j in range(6):
+                for k in range(6):
+                    stiffness[g, i, j] += back[k, i] * product[k, j]
+    return pulls, stiffness
+
+
+@njit(**JIT)
+def _unpack(sums, pull, matrix):
+    """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
+    for i in range(6):
+        pull[i] = 0.0
+        for b in range(sums.shape[0]):
+            pull[i] += sums[b, i]
+        for j in range(6):
+            matrix[i, j] = 0.0
+            for b in range(sums.shape[0]):
+                matrix[i, j] += sums[b, _MATRIX[i, j]]

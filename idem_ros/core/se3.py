@@ -103,19 +103,65 @@ def _series(square):
 
 def log(transform):
     """Return the twist (omega, v), (6,), whose `exp` is a (4, 4) rigid transform."""
-    omega = Rotation.from_matrix(transform[:3, :3]).as_rotvec()
-    hat, (_, b, c) = skew(omega), _series(omega @ omega)
-    left_jacobian = np.eye(3) + b * hat + c * hat @ hat
-    return np.r_[omega, np.linalg.solve(left_jacobian, transform[:3, 3])]
+    return _log(np.ascontiguousarray(transform, dtype=np.float64))
+
+
+@njit(**JIT)
+def _log(T):
+    w, x, y, z = _quaternion(T)
+    sine = np.sqrt(x * x + y * y + z * z)  # of half the angle
+    half = np.arctan2(sine, w)
+    f = 2.0 * half / sine if sine > 1e-8 else 2.0
+    result = np.empty(6)
+    result[0], result[1], result[2] = f * x, f * y, f * z
+    # The inverse of exp's left Jacobian: I - hat / 2 + c hat^2, c = (1 - a/2 cot a/2) / a^2.
+    c = (1.0 - half * w / sine) / (4.0 * half * half) if half > 1e-4 else 1.0 / 12.0
+    t = (T[0, 3], T[1, 3], T[2, 3])
+    once = _cross(result, t)
+    twice = _cross(result, once)
+    for i in range(3):
+        result[3 + i] = t[i] - 0.5 * once[i] + c * twice[i]
+    return result
+
+
+@njit(**JIT)
+def _quaternion(T):
+    """Return (w, x, y, z), w >= 0, of a rotation, from the entry that has the most digits."""
+    a, b, c = T[0, 0], T[1, 1], T[2, 2]
+    x, y, z = T[2, 1] - T[1, 2], T[0, 2] - T[2, 0], T[1, 0] - T[0, 1]
+    xy, xz, yz = T[0, 1] + T[1, 0], T[0, 2] + T[2, 0], T[1, 2] + T[2, 1]
+    if a + b + c >= max(a, b, c):
+        q = (1.0 + a + b + c, x, y, z)
+    elif a >= b and a >= c:
+        q = (x, 1.0 + a - b - c, xy, xz)
+    elif b >= c:
+        q = (y, xy, 1.0 - a + b - c, yz)
+    else:
+        q = (z, xz, yz, 1.0 - a - b + c)
+    f = 1.0 / np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    f = -f if q[0] < 0.0 else f
+    return q[0] * f, q[1] * f, q[2] * f, q[3] * f
+
+
+@njit(**JIT)
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def adjoint(transform):
     """Return the (6, 6) matrix that takes a twist (omega, v) through a rigid transform."""
-    rotation = transform[:3, :3]
+    return adjoint_of(np.ascontiguousarray(transform, dtype=np.float64))
+
+
+@njit(**JIT)
+def adjoint_of(T):
+    """Return what `adjoint` does, in a kernel."""
     result = np.zeros((6, 6))
-    result[:3, :3] = rotation
-    result[3:, 3:] = rotation
-    result[3:, :3] = skew(transform[:3, 3]) @ rotation
+    for k in range(3):
+        moved = _cross((T[0, 3], T[1, 3], T[2, 3]), T[:3, k])
+        for i in range(3):
+            result[i, k] = result[3 + i, 3 + k] = T[i, k]
+            result[3 + i, k] = moved[i]
     return result
 
 

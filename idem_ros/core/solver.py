@@ -1,5 +1,6 @@
 """Iterate on SE(3): linearise, step, stop; for any cost with a gradient and a matrix."""
 
+from math import hypot
 from time import perf_counter
 from typing import NamedTuple
 
@@ -58,10 +59,7 @@ def minimize_on_se3(
         transform = se3.exp(move) @ transform
         last = step
         settled = step if iteration <= PATIENCE else move
-        if (
-            np.linalg.norm(settled[:3]) <= rotation_tolerance
-            and np.linalg.norm(settled[3:]) <= distance_tolerance
-        ):
+        if hypot(*settled[:3]) <= rotation_tolerance and hypot(*settled[3:]) <= distance_tolerance:
             return Solution(transform, matrix, iteration, True, free)
         if perf_counter() > deadline:
             break
