@@ -49,8 +49,9 @@ def _simulated():
         made.append(('scan-map', scan_to_map, voxel_sizes[0]))
         for how, build, voxel_size in made:
             name = f'{kind} {how} {1e3 * voxel_size:g} mm'
+            seeds = range(SEEDS['simulated'])
             builders = tuple(
-                partial(build, f'{name} {seed}', kind, seed, voxel_size) for seed in range(SEEDS['simulated'])
+                partial(build, f'{name} {seed}', kind, seed, voxel_size) for seed in seeds
             )
             yield Row(name, 'simulated', builders, 1)
 

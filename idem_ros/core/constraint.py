@@ -93,8 +93,9 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
         units = unit_motions(pivot, np.eye(3) / arm)
         return Hold(*unknown, units, units, arm, *nothing)
     pivot = x.mean(axis=0)
-    arm = max(float(np.sqrt(np.mean(np.sum((x - pivot) ** 2, axis=1)))), joint.radius)
-    units = unit_motions(pivot, _turns(x - pivot, joint.radius))
+    scatter = (x - pivot).T @ (x - pivot) / len(x)
+    arm = max(float(np.sqrt(np.trace(scatter))), joint.radius)
+    units = unit_motions(pivot, _turns(scatter, joint.radius))
     a, b = (
         np.concatenate([j, j_there @ to_source]) @ units
         for j, j_there in zip(here, there, strict=True)
@@ -115,13 +116,12 @@ def unit_motions(pivot, turns):
     return units
 
 
-def _turns(offsets, least):
-    """Return (3, 3) rotations that move points at these (n, 3) offsets by 1, root mean square.
+def _turns(scatter, least):
+    """Return (3, 3) rotations that move points of a (3, 3) scatter by 1, root mean square.
 
     A corridor is turned farther about its axis than across it: its walls are near to that axis.
     """
-    inertia = np.mean(np.sum(offsets**2, axis=1)) * np.eye(3) - offsets.T @ offsets / len(offsets)
-    squares, axes = np.linalg.eigh(inertia)
+    squares, axes = np.linalg.eigh(np.trace(scatter) * np.eye(3) - scatter)
     return axes / np.sqrt(np.maximum(squares, least**2)) @ axes.T
 
 

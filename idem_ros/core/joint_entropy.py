@@ -57,12 +57,8 @@ class JointEntropy:
         """Return gradient (6,) and Gauss-Newton matrix (6, 6) for a twist on the left."""
         pairs = self.pairs_at(T_target_source)
         T_source_target = se3.inverse(T_target_source)
-        here, of_target = self._blocks(
-            self.target, self.source, pairs.of_target, T_target_source
-        )
-        there, of_source = self._blocks(
-            self.source, self.target, pairs.of_source, T_source_target
-        )
+        here, of_target = self._blocks(self.target, self.source, pairs.of_target, T_target_source)
+        there, of_source = self._blocks(self.source, self.target, pairs.of_source, T_source_target)
         in_threads(self.threads, lambda block: block(), of_target + of_source)
         (gradient,), (matrix,) = of_both(here, there, T_source_target)
         return gradient, matrix

@@ -15,7 +15,7 @@ from idem_ros.core.noise import widening
 from idem_ros.core.radii import rounded, stage_radii, widest_useful
 from idem_ros.core.solver import Solution, minimize_on_se3
 
-EASE = 150.0  # of the tolerances before the last stage, which need only reach the next one's basin
+EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
 CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
 FINE = 0.25  # of the radius
 SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hold ten or so
