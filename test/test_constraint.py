@@ -113,3 +113,21 @@ def test_the_normal_is_the_axis_of_least_spread_and_no_other(rng):
         assert abs(np.dot(normal, axes[:, 2])) == pytest.approx(1.0, abs=1e-9)
     assert _normal((4.0, 0.0, 0.0, 0.1, 0.0, 0.09))[0] < 0  # a line has no normal
     assert _normal((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))[0] < 0
+
+
+def strewn(rng, flat, count=3000):
+    """Points of a line along x (flat = [1, 2]) or of the plane z = 0 (flat = [2]), exactly."""
+    points = 10.0 * rng.random((count, 3))
+    points[:, flat] = 0.0
+    return points
+
+
+@pytest.mark.parametrize(
+    ('flat', 'free'), [([2], 'free along x and y and about z'), ([1, 2], 'free along x and about x')]
+)
+def test_exact_planes_and_lines_hold_nothing_along_themselves(rng, flat, free):
+    guess = se3.translation([0.01, 0.02, 0.005])
+    result = register(strewn(rng, flat), strewn(rng, flat), guess)
+    assert result.status is Status.DEGENERATE
+    assert result.assessment.free == free
+    np.testing.assert_allclose(result.T_target_source[flat, 3], 0.0, atol=1e-6)

@@ -30,6 +30,7 @@ LEAST_STRENGTH = 0.005
 CHANCE = 3.0  # standard errors
 NOISE = 2.0  # variances of a normal
 HOLDING = 0.5  # of what a motion moves a surface along its normal at most: such hold it
+ROUNDING = 1e-9  # what exact surfaces, or no surface at all, leave of the strength of others
 LEAST_BALLS = 100  # fewer may happen to lie in one plane
 SAMPLE = 1024  # centres of each cloud, about
 LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
@@ -54,10 +55,11 @@ class Hold(NamedTuple):
     @property
     def free(self):
         """(6,) bool: the motions that nothing holds but chance or noise, as far as balls tell."""
-        if len(self.along) < LEAST_BALLS:
+        if 0 < len(self.along) < LEAST_BALLS:
             return np.zeros(6, bool)
-        by_chance = (self.strength < CHANCE * self.error) | (self.strength < NOISE * self.noise)
-        return by_chance & (self.strength + CHANCE * self.error < LEAST_STRENGTH)
+        by_chance = np.maximum(CHANCE * self.error, max(NOISE * self.noise, ROUNDING))
+        too_loose = self.strength + CHANCE * self.error < LEAST_STRENGTH
+        return (self.strength < by_chance) & too_loose
 
     def held_by(self, k):
         """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
@@ -87,11 +89,7 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     )
     x = np.concatenate([x, se3.transform_points(T, x_there)])
     if len(x) == 0:
-        pivot, arm = middle_and_arm(joint, T)
-        unknown = np.zeros(6), np.full(6, np.inf), np.inf
-        nothing = np.empty((0, 6)), (of_target, of_source)
-        units = unit_motions(pivot, np.eye(3) / arm)
-        return Hold(*unknown, units, units, arm, *nothing)
+        return _without_surfaces(joint, T, (of_target, of_source))
     pivot = x.mean(axis=0)
     scatter = (x - pivot).T @ (x - pivot) / len(x)
     arm = max(float(np.sqrt(np.trace(scatter))), joint.radius)
@@ -106,6 +104,16 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     error = ((a @ axes) * (b @ axes)).std(axis=0) / np.sqrt(len(x))
     known = a @ axes, (of_target, of_source)
     return Hold(strength, error, noise, units @ axes, units, arm, *known)
+
+
+def _without_surfaces(joint, T, centres):
+    """Return the `Hold` of clouds without a surface, lines or strewn points, by their stiffness."""
+    pivot, arm = middle_and_arm(joint, T)
+    units = unit_motions(pivot, np.eye(3) / arm)
+    _, matrix = joint.linearize(T)
+    stiffness, axes = np.linalg.eigh(units.T @ matrix @ units)
+    strength = stiffness / stiffness[-1] if stiffness[-1] > 0.0 else np.ones(6)
+    return Hold(strength, np.zeros(6), 0.0, units @ axes, units, arm, np.empty((0, 6)), centres)
 
 
 def unit_motions(pivot, turns):
