@@ -82,6 +82,7 @@ def _assessment_values(refinement):
     said = refinement.result.assessment
     if said is None:
         return {}
+    sigmas = said.covariance.diagonal() ** 0.5
     return {
         'verdict': said.verdict.value,
         'verdict_reason': said.reason,
@@ -89,8 +90,13 @@ def _assessment_values(refinement):
         'free_motions': f'{said.free} of {refinement.source_frame}' if said.free else 'none',
         'basin': repr(float(said.basin)),
         'swap_gap': repr(said.swap_gap),
-        'sigma': ' '.join(f'{sigma:.3g}' for sigma in said.covariance.diagonal() ** 0.5),
+        'sigma_xyz_m': _in_a_row(sigmas[:3]),
+        'sigma_xyz_rad': _in_a_row(sigmas[3:]),
     }
+
+
+def _in_a_row(numbers):
+    return ' '.join(f'{number:.3g}' for number in numbers)
 
 
 def reason(result):

@@ -49,6 +49,13 @@ def test_a_pose_that_is_not_aligned_has_no_standard_deviations(files, capsys):
     assert 'deviations' not in out
 
 
+def test_the_gap_to_the_swapped_registration_is_told(files, capsys):
+    main(['register', 'target.npy', 'source.npy', '--assessment', 'swap'])
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if 'to source' in line]
+    gap = float(line.removeprefix('target registered to source ends ').removesuffix(' m from it'))
+    assert 0.0 <= gap < 0.01
+
+
 def test_an_audit_moves_nothing_and_its_exit_code_tells_right_from_wrong(files, capsys):
     argv = ['register', 'target.npy', 'source.npy', '--mode', 'audit', '--json', '--guess']
     np.savetxt('truth.txt', files)

@@ -123,7 +123,8 @@ def strewn(rng, flat, count=3000):
 
 
 @pytest.mark.parametrize(
-    ('flat', 'free'), [([2], 'free along x and y and about z'), ([1, 2], 'free along x and about x')]
+    ('flat', 'free'),
+    [([2], 'free along x and y and about z'), ([1, 2], 'free along x and about x')],
 )
 def test_exact_planes_and_lines_hold_nothing_along_themselves(rng, flat, free):
     guess = se3.translation([0.01, 0.02, 0.005])

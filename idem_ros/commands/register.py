@@ -16,7 +16,8 @@ def add_parser(subparsers):
         'one from the identity: it does not find a pose from far off. The exit code is 0 where '
         'the verdict is aligned (with --assessment none: it converged), else 1.',
     )
-    parser.add_argument('target', metavar='TARGET', help='cloud file (.ply .pcd .xyz .bin .npy)')
+    kinds = '.ply .pcd .xyz .txt .csv .bin .npy'
+    parser.add_argument('target', metavar='TARGET', help=f'cloud file ({kinds})')
     parser.add_argument('source', metavar='SOURCE', help='cloud file')
     parser.add_argument(
         '--guess',
@@ -117,6 +118,8 @@ def _said(assessment):
         return
     p = 'unknown' if np.isnan(assessment.p_aligned) else f'{assessment.p_aligned:.3f}'
     yield f'{assessment.verdict.value} (p_aligned {p}): {assessment.reason}'
+    if np.isfinite(assessment.swap_gap):
+        yield f'target registered to source ends {assessment.swap_gap:.3g} m from it'
     if assessment.verdict not in (Verdict.ALIGNED, Verdict.DEGENERATE):
         return
     metres, radians = np.split(assessment.covariance.diagonal() ** 0.5, 2)

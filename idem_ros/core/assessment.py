@@ -124,7 +124,7 @@ def swap_gap(prepared, T_guess, T, hold):
 def too_little(target, source):
     """Return the `Assessment` of clouds that have too few points, or all in one place."""
     counts = f'{len(target)} and {len(source)} points (or voxels)'
-    reason = f'{counts} are too few to judge, or all in one place'
+    reason = f'{counts} are too few (5 are needed) or all in one place'
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 

@@ -107,7 +107,7 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
 
 
 def _without_surfaces(joint, T, centres):
-    """Return the `Hold` of clouds without a surface, lines or strewn points, by their stiffness."""
+    """Return the `Hold` of clouds without surfaces, such as lines, by their stiffness."""
     pivot, arm = middle_and_arm(joint, T)
     units = unit_motions(pivot, np.eye(3) / arm)
     _, matrix = joint.linearize(T)
