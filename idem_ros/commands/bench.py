@@ -8,6 +8,11 @@ from idem_ros.commands.options import add_config_options, config_from
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 
+RINGS = """\
+Three registrations around a ring of scans should close; by how much they do not is what the scans
+themselves leave open, whatever their truth. From the truth; each peer at the setting that closes
+the ring best."""
+
 
 def add_parser(subparsers):
     """Add the subcommand."""
@@ -22,6 +27,12 @@ def add_parser(subparsers):
     _add_output_options(speed)
     add_config_options(speed, without=OWN)
     speed.set_defaults(run=_speed)
+    rings = kinds.add_parser(
+        'rings', help="how far registrations around rings of the bunny's scans fail to close"
+    )
+    _add_output_options(rings)
+    add_config_options(rings, without=OWN)
+    rings.set_defaults(run=_rings)
     for name, run, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
@@ -80,7 +91,8 @@ def _accuracy(args):
     if not rows:
         names = ', '.join(row.name for row in accuracy_rows())
         raise UsageError(f'--rows is {args.rows!r}, which no row bears; there are {names}')
-    results = measure_rows(rows, _tried(args), config, args.jobs, _progress)
+    tried = () if args.peers else _tried(args)
+    results = measure_rows(rows, tried, config, args.jobs, _progress)
     if args.peers:
         results = with_peers_of(results, args.peers)
     text = accuracy_report.markdown(results)
@@ -93,9 +105,25 @@ def _tried(args):
     """Return the peers' settings."""
     from idem_ros.benchmarks.methods import settings
 
-    if args.peers:
-        return ()
     return settings((3.0, 10.0), (1.5, 3.0)) if args.quick else settings()
+
+
+def _rings(args):
+    from dataclasses import asdict
+
+    from idem_ros.benchmarks.methods import small_gicp
+    from idem_ros.benchmarks.real_pairs import SHARED
+    from idem_ros.benchmarks.rings import measure_rings, rings_table
+
+    config = _config(args)
+    small_gicp()
+    rings = measure_rings(config, [*_tried(args)], args.quick, _progress)
+    if not rings:
+        raise UsageError(f"the bunny's scans are not in {SHARED}")
+    text = f'## Rings\n\n{RINGS}\n\n{rings_table(rings)}'
+    _write(args, {'rings': [asdict(ring) for ring in rings]}, text)
+    print(text)
+    return OK
 
 
 def _speed(args):
