@@ -213,6 +213,21 @@ def test_a_coordinate_that_no_sensor_measures_is_left_out(pair):
     assert error_of(result.T_target_source, truth)[0] < 0.15
 
 
+@pytest.mark.parametrize('voxel_size', [None, 0.08])
+@pytest.mark.parametrize('far', [1e3, 1e7])
+def test_a_stray_point_does_no_harm(pair, rng, far, voxel_size):
+    """The mean distance to the fourth neighbour would be its own, and every ball hold all."""
+    target, source, truth = pair
+    guess, config = truth @ motion(rng, 2, 0.03), RegistrationConfig(voxel_size=voxel_size)
+    for stray in ((True, False), (False, True)):
+        clouds = (
+            np.vstack([[[far, 0, 0]], c]) if s else c for c, s in zip(pair[:2], stray, strict=True)
+        )
+        result = register(*clouds, guess, config)
+        assert result.converged
+        assert error_of(result.T_target_source, truth)[0] < 0.3
+
+
 def test_thousands_of_copies_of_a_point_do_no_harm(pair, rng):
     """As of a driver that pads its clouds: every one of them in the ball of every other."""
     target, source, truth = pair

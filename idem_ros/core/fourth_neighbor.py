@@ -9,13 +9,16 @@ from idem_ros.core.jit import JIT
 FEW = 16  # points for which looking at all others costs no more than sorting them into cells
 REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
 GROWTH = 3.0
+# An estimate leaves out what is this many times as far as all but a sixteenth of the points are.
+STRAY, STRAY_SHARE = 30.0, 16
 LEAST_REACH = 1e-9  # of the extent, where most points are copies
 
 
 def mean_fourth_neighbor_distance(points, most=None):
     """Return r_4th of (N, 3) finite points, N >= 5, the point itself not counted.
 
-    most: an estimate from every n-th point, at least so many, is enough; None: from all.
+    most: an estimate from every n-th point, at least so many, is enough, and strays are left out,
+        of which one at 1e6 m would be the mean; None: from all.
     """
     queries = np.ascontiguousarray(points[:: 1 if most is None else max(len(points) // most, 1)])
     distance = np.full(len(queries), np.nan)
@@ -32,6 +35,9 @@ def mean_fourth_neighbor_distance(points, most=None):
         open_ = open_[np.isnan(distance[open_])]
         reach *= GROWTH
     _look_at_all(queries, points, open_, distance)
+    if most is not None:
+        usual = np.sort(distance)[-1 - len(distance) // STRAY_SHARE]
+        distance = distance[distance <= STRAY * usual] if usual > 0.0 else distance
     return float(distance.mean())
 
 
