@@ -24,7 +24,7 @@ class Effort:
 
     rounds: int = 9  # of every method on every row, at least
     seconds: float = 3.0  # of a row and number of threads, at least
-    seeds: int = 8  # scenes of a kind, in the race for accuracy
+    seeds: int = 16  # scenes of a kind, in the race for accuracy
     scenes: tuple = SCENES
     sizes: tuple = tuple(DENSITIES)
     memory_points: int = 500_000

@@ -15,12 +15,11 @@ IDEM_VOXELS = (0.25, 0.35, 0.5, 0.6, 0.75, 1.0, 1.5, 2.0, 2.5)  # [m] outdoors
 PEER_VOXELS = (0.1, 0.25, 0.35, 0.5, 1.0)
 START_VOXEL = 0.5  # the starts are one r4th off at this one
 INDOORS = {'room': 0.2}  # what all of these are multiplied by
-STARTS = 2  # a scene
 
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """A method at one setting and voxel size: medians over all scenes and starts."""
+    """A method at one setting and voxel size: medians over all scenes."""
 
     method: str
     setting: str
@@ -55,16 +54,16 @@ class Race:
 
 
 def race(kind, config, seeds, progress=lambda cases: cases):
-    """Return the `Race` on scans in so many scenes of a kind, single-threaded."""
+    """Return the `Race` on scans in so many scenes of a kind, a start each, single-threaded."""
     scale = INDOORS.get(kind, 1.0)
     measured = {}
     for seed in progress(range(seeds)):
         base = scan_to_scan(f'{kind} {seed}', kind, seed, scale * START_VOXEL)
-        guesses = starts(base, LEVELS[0], STARTS)
+        (T_guess,) = starts(base, LEVELS[0], 1)
         runs = _runs(base, config, scale)
         for run in runs.values() if seed == 0 else ():
-            run(guesses[0])
-        for T_guess, (key, run) in product(guesses, runs.items()):
+            run(T_guess)
+        for key, run in runs.items():
             start = perf_counter_ns()
             T = run(T_guess)
             milliseconds = (perf_counter_ns() - start) / 1e6
