@@ -6,7 +6,7 @@ from numba import njit
 from idem_ros.core.grid import build_grid, neighbours
 from idem_ros.core.jit import JIT
 
-FEW = 16  # points for which looking at all others costs no more than sorting them into cells
+FEW = 8  # points for which looking at all others costs no more than sorting them into cells
 REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
 GROWTH = 3.0
 # An estimate leaves out what is this many times as far as all but a sixteenth of the points are.

@@ -77,14 +77,48 @@ def own_moments(grid, raw, r2, scale, begin, end, stride, unit_own, raw_own, h):
         p = points[i * stride]
         px, py, pz = p[0], p[1], p[2]
         n = neighbours(px, py, pz, grid, r2, found)
-        m = unit_moments(px, py, pz, points, found, 0, n, r2)
+        if raw.shape[0] > 0:
+            m, w = _both_moments(px, py, pz, points, raw, found, n)
+            for c in range(10):
+                raw_own[i, c] = w[c]
+        else:
+            m = unit_moments(px, py, pz, points, found, 0, n, r2)
         h[i] = entropy(m, scale)
         for c in range(10):
             unit_own[i, c] = m[c]
-        if raw.shape[0] > 0:
-            m = raw_moments(px, py, pz, points, raw, found, 0, n, r2)
-            for c in range(10):
-                raw_own[i, c] = m[c]
+
+
+@njit(**JIT)
+def _both_moments(px, py, pz, points, raw, found, n):
+    """Return what `unit_moments` and `raw_moments` do of the first n found, all within reach."""
+    k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
+    rx = ry = rz = rxx = rxy = rxz = ryy = ryz = rzz = 0.0
+    for c in range(np.uint64(n)):
+        j = np.uint64(found[c])
+        dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+        w = raw[j, 0]
+        wx, wy, wz = w * dx, w * dy, w * dz
+        k += w
+        sx += dx
+        sy += dy
+        sz += dz
+        xx += dx * dx
+        xy += dx * dy
+        xz += dx * dz
+        yy += dy * dy
+        yz += dy * dz
+        zz += dz * dz
+        rx += wx
+        ry += wy
+        rz += wz
+        rxx += wx * dx + raw[j, 1]
+        rxy += wx * dy + raw[j, 2]
+        rxz += wx * dz + raw[j, 3]
+        ryy += wy * dy + raw[j, 4]
+        ryz += wy * dz + raw[j, 5]
+        rzz += wz * dz + raw[j, 6]
+    unit = (np.float64(n), sx, sy, sz, xx, xy, xz, yy, yz, zz)
+    return unit, (k, rx, ry, rz, rxx, rxy, rxz, ryy, ryz, rzz)
 
 
 @njit(**JIT)
