@@ -102,12 +102,27 @@ def test_a_wrong_valley_is_not_believed(rng, pair):
     assert result.assessment.verdict in (Verdict.MISALIGNED, Verdict.OUTSIDE_BASIN)
 
 
-@pytest.mark.parametrize('points', [np.zeros((3, 3)), np.ones((50, 3))], ids=['few', 'one place'])
-def test_too_little_is_no_confident_number(points):
+@pytest.mark.parametrize(
+    ('points', 'reason'),
+    [
+        (np.zeros((3, 3)), '3 and 3 points (or voxels): 5 are needed'),
+        (np.ones((50, 3)), '50 and 50 points (or voxels): all in one place'),
+    ],
+)
+def test_too_little_is_no_confident_number(points, reason):
     said = register(points, points).assessment
     assert said.verdict is Verdict.NOT_CONVERGED
     assert np.isnan(said.p_aligned)
-    assert 'too few' in said.reason
+    assert said.reason == reason
+
+
+@pytest.mark.parametrize('count', [5, 10, 20, 50])
+def test_a_target_of_few_points_confirms_nothing(rng, count):
+    """Wherever it lies, its points have neighbours on a dense surface, which agree with it."""
+    target, source = surface(rng, count), surface(rng, 4000)
+    said = register(target, source, motion(rng, 60.0, 0.1)).assessment
+    assert said.verdict is not Verdict.ALIGNED
+    assert np.isnan(said.p_aligned)
 
 
 def test_identical_clouds_are_aligned_with_a_covariance_that_can_be_inverted(rng):

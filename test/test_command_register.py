@@ -45,7 +45,7 @@ def test_standard_deviations_have_units(files, capsys):
 def test_a_pose_that_is_not_aligned_has_no_standard_deviations(files, capsys):
     assert main(['register', 'target.npy', 'source.npy', '--voxel-size', '1000']) == 1
     out = capsys.readouterr().out
-    assert 'not_converged (p_aligned unknown): 1 and 1 points (or voxels) are too few' in out
+    assert 'not_converged (p_aligned unknown): 1 and 1 points (or voxels): 5 are needed' in out
     assert 'deviations' not in out
 
 

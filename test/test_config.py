@@ -1,5 +1,6 @@
 import dataclasses
 
+import numpy as np
 import pytest
 
 from idem_ros.core import InvalidConfig, RegistrationConfig
@@ -12,7 +13,8 @@ from idem_ros.core import InvalidConfig, RegistrationConfig
         ({'voxel_size': '0.5'}, "voxel_size is '0.5'"),
         ({'a': float('inf')}, 'a is inf'),
         ({'a': True}, 'a is True'),
-        ({'radius_schedule': ()}, 'radius_schedule is empty'),
+        ({'radius_schedule': ()}, r'radius_schedule is \(\); give one stage'),
+        ({'radius_schedule': 2.0}, 'radius_schedule is 2.0; give one stage'),
         ({'radius_schedule': (2.0, -1.0)}, 'radius_schedule is -1.0'),
         ({'length_scale': 'm'}, "length_scale is 'm'"),
         ({'max_iterations': 0}, 'max_iterations is 0'),
@@ -35,3 +37,12 @@ def test_every_parameter_is_described():
 
 def test_a_list_of_stages_is_taken_as_a_tuple():
     assert RegistrationConfig(radius_schedule=[2.0, 1.0]).radius_schedule == (2.0, 1.0)
+
+
+def test_numpys_scalars_are_taken_as_pythons():
+    config = RegistrationConfig(
+        voxel_size=np.float32(0.5), threads=np.int64(2), radius_schedule=np.array([2, 1], np.int32)
+    )
+    assert config == RegistrationConfig(voxel_size=0.5, threads=2, radius_schedule=(2, 1))
+    assert type(config.voxel_size) is float
+    assert type(config.radius_schedule[0]) is int

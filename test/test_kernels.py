@@ -155,8 +155,9 @@ def linearized(target, source, r, noise, slide=False, raw=UNIT, level=False):
 @pytest.mark.parametrize('noise', [0.0, 0.01])
 def test_the_gradient_is_the_finite_difference_with_members_held(rng, noise):
     target, source, r = surface(rng, 150, 0.02), surface(rng, 120, 0.02) + 0.03, 0.35
-    source = source - target.mean(axis=0)
-    target = target - target.mean(axis=0)
+    origin = Cloud(target).origin
+    source = source - origin
+    target = target - origin
     fixed = [naive.ball(target, p, r) for p in target]
     moving = [naive.ball(source, p, r) for p in target]
 
@@ -217,7 +218,8 @@ def held_q_of_voxels(target, source, T_members, T, r, noise):
 @pytest.mark.parametrize('raw', [UNIT, np.tile([1.0, 0, 0, 0, 0, 0, 0], (5, 1))])
 def test_gradient_and_matrix_of_one_ball_are_those_written_out_with_matrices(rng, slide, raw):
     target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 0.3
-    source, target = source - target.mean(axis=0), target - target.mean(axis=0)
+    origin = Cloud(target).origin
+    source, target = source - origin, target - origin
     joint = np.vstack([target, source])
     sigma = np.cov(joint.T, bias=True)
     W = np.linalg.inv(sigma)
@@ -241,7 +243,8 @@ def test_gradient_and_matrix_of_one_ball_are_those_written_out_with_matrices(rng
 
 def test_own_points_bend_as_far_as_the_others_spread(rng):
     target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 0.3
-    source, target = source - target.mean(axis=0), target - target.mean(axis=0)
+    origin = Cloud(target).origin
+    source, target = source - origin, target - origin
     W = np.linalg.inv(np.cov(np.vstack([target, source]).T, bias=True))
     c_det = (2 * np.pi * np.e) ** 3 / np.linalg.det(W * r**2)
     J, pull = [np.c_[-se3.skew(x), np.eye(3)] for x in source], np.zeros(6)

@@ -254,3 +254,28 @@ def test_a_stage_wider_than_the_clouds_is_left_out(rng):
     )
     np.testing.assert_array_equal(wide.T_target_source, narrow.T_target_source)
     assert wide.converged
+
+
+def test_points_given_five_times_each_are_registered_as_once(pair, rng):
+    target, source, truth = pair
+    guess = truth @ motion(rng, 2, 0.03)
+    result = register(np.repeat(target, 5, axis=0), np.repeat(source, 5, axis=0), guess)
+    assert result.converged
+    assert error_of(result.T_target_source, truth)[0] < 0.3
+
+
+def test_zeros_that_pad_both_clouds_leave_the_radius_alone(pair, rng):
+    target, source, truth = pair
+    zeros = np.zeros((len(target), 3))
+    alone = register(target, source, truth)
+    padded = register(np.vstack([target, zeros]), np.vstack([source, zeros]), truth)
+    assert padded.radius == pytest.approx(alone.radius, rel=0.1)
+    assert padded.assessment.verdict is alone.assessment.verdict
+
+
+def test_masked_points_are_left_out(pair):
+    target, source, truth = pair
+    masked = np.ma.masked_array(np.vstack([target, target + 0.3]))
+    masked[len(target) :] = np.ma.masked
+    there = register(masked, source, truth).T_target_source
+    np.testing.assert_array_equal(there, register(target, source, truth).T_target_source)

@@ -4,7 +4,7 @@ from clouds import motion
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from idem_ros.core import se3
+from idem_ros.core import InvalidTransform, se3
 
 
 def generator(twist):
@@ -40,6 +40,17 @@ def test_the_adjoint_takes_a_twist_through_a_transform(rng):
     np.testing.assert_allclose(
         se3.exp(se3.adjoint(T) @ twist), T @ se3.exp(twist) @ se3.inverse(T), atol=1e-13
     )
+
+
+@pytest.mark.parametrize('size', [1.0, 3e-4])
+def test_a_transposed_transform_is_refused(rng, size):
+    with pytest.raises(InvalidTransform, match='last row'):
+        se3.checked_transform(motion(rng, 77, size).T)
+
+
+def test_a_complex_transform_is_refused():
+    with pytest.raises(InvalidTransform, match='complex'):
+        se3.checked_transform(np.eye(4) * 1j)
 
 
 def test_a_rotation_with_few_digits_is_made_orthonormal(rng):

@@ -14,6 +14,12 @@ def clouds(rng):
     return Cloud(surface(rng, 1500)), Cloud(surface(rng, 1400))
 
 
+@pytest.fixture
+def truth(clouds):
+    """Between the clouds' origins."""
+    return se3.translation(clouds[1].origin - clouds[0].origin)
+
+
 def test_sums_are_those_of_the_landscape_where_every_point_is_taken(rng, clouds):
     joint = JointEntropy(*clouds, 0.25, 'radius')
     transforms = np.array([np.eye(4), motion(rng, 5.0, 0.1), motion(rng, 10.0, 0.3)])
@@ -31,31 +37,29 @@ def test_sums_are_those_of_the_landscape_where_every_point_is_taken(rng, clouds)
     assert q[1] == pytest.approx(expected.q_tot[1], rel=0.05)
 
 
-def test_every_way_out_of_the_truth_leads_up(clouds):
+def test_every_way_out_of_the_truth_leads_up(clouds, truth):
     joint = JointEntropy(*clouds, 0.25, 'radius')
     everything = [np.arange(len(cloud)) for cloud in clouds]
-    assert contrasts(joint, np.eye(4), np.eye(6), everything, 128).min() > 0
+    assert contrasts(joint, truth, np.eye(6), everything, 128).min() > 0
 
 
-def test_the_truth_is_credible_and_an_upside_down_pose_is_not(rng, clouds):
+def test_the_truth_is_credible_and_an_upside_down_pose_is_not(clouds, truth):
     joint = JointEntropy(*clouds, 0.5, 'radius')
-    assert credibility(joint, np.eye(4), FIRST) > 0.9
-    away = np.eye(4)
-    away[0, 3] = 1.8
-    assert credibility(joint, away, FIRST) < 0.5
+    assert credibility(joint, truth, FIRST) > 0.9
+    away = se3.translation([1.8, 0, 0])
+    assert credibility(joint, away @ truth, FIRST) < 0.5
 
 
-def test_the_gauge_is_zero_at_the_minimum_and_grows_towards_the_rim(rng, clouds):
+def test_the_gauge_is_zero_at_the_minimum_and_grows_towards_the_rim(clouds, truth):
     joint = JointEntropy(*clouds, 0.25, 'radius')
-    minimum = np.eye(4)
-    at = [gauge(joint, minimum, se3.translation([0.25 * way, 0, 0])) for way in (0.0, 0.2, 0.5, 2)]
+    ways = [se3.translation([0.25 * way, 0, 0]) for way in (0.0, 0.2, 0.5, 2)]
+    at = [gauge(joint, truth, way @ truth) for way in ways]
     assert at[0] == 0.0
     assert at[1] < at[2] < 1.0 < at[3]
 
 
-def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, monkeypatch):
+def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, truth, monkeypatch):
     prepared = stages.prepare(*clouds, RegistrationConfig())
-    start = se3.translation(clouds[1].origin - clouds[0].origin)
     away, lost = se3.translation([1.0, 0, 0]), []
     minimized = stages._minimized
 
@@ -67,14 +71,13 @@ def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, monkeypat
         return joint, solution
 
     monkeypatch.setattr(stages, '_minimized', misled)
-    found = stages.descend(prepared, start)
+    found = stages.descend(prepared, truth)
     assert lost
-    np.testing.assert_allclose(found.solution.transform, start, atol=0.05)
+    np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
 
 
-def test_a_basin_is_left_only_by_more_than_a_radius_and_for_the_worse(clouds):
+def test_a_basin_is_left_only_by_more_than_a_radius_and_for_the_worse(clouds, truth):
     joint = JointEntropy(*clouds, 0.25, 'radius')
-    truth = se3.translation(clouds[1].origin - clouds[0].origin)
     near, far = (se3.translation([way, 0, 0]) @ truth for way in (0.2, 0.8))
     assert has_strayed(joint, far, truth)
     assert not has_strayed(joint, truth, far)

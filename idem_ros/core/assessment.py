@@ -11,7 +11,7 @@ from idem_ros.core.basin import gauge
 from idem_ros.core.contrast import contrasts
 from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.joint_entropy import JointEntropy
-from idem_ros.core.stages import descend
+from idem_ros.core.stages import LEAST_POINTS, descend
 from idem_ros.core.status import Status
 from idem_ros.core.verdict_model import probability
 from idem_ros.core.words import free_in_words
@@ -19,7 +19,7 @@ from idem_ros.core.words import free_in_words
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
 LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of the clouds
 CREDIBLE = 0.5
-LEAST_MEETING = 100  # points: fewer agree at many poses, by chance
+LEAST_MEETING = 100  # points of each cloud: fewer agree at many poses, by chance
 NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
 TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
 HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
@@ -37,7 +37,7 @@ class Verdict(Enum):
     NOT_CONVERGED = 'not_converged'
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Assessment:
     """A verdict on a pose, and what it stands on."""
 
@@ -90,10 +90,10 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
         'contrast': _least_contrast(joint, T, hold),
         'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
     }
-    meeting = sum(int(np.count_nonzero(reach)) for _, reach in differences)
+    meeting = min(int(np.count_nonzero(reach)) for _, reach in differences)
     audited = solve.status is Status.AUDITED
     enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING
-    p = probability(**seen) if enough else np.nan
+    p = float(probability(**seen)) if enough else np.nan
     free = free_in_words(hold, T[:3, :3])
     covariance = covariance_of(joint, T, hold, pulls, stiffness)
     position = T[:3, 3] - T[:3, :3] @ origin
@@ -102,7 +102,7 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
         free=free,
         covariance=_of_pose(covariance, position),
         overlap=overlap,
-        basin=np.nan if audited else gauge(solve.first, T, solve.T_guess),
+        basin=np.nan if audited else float(gauge(solve.first, T, solve.T_guess)),
         **seen,
     )
 
@@ -124,7 +124,8 @@ def swap_gap(prepared, T_guess, T, hold):
 def too_little(target, source):
     """Return the `Assessment` of clouds that have too few points, or all in one place."""
     counts = f'{len(target)} and {len(source)} points (or voxels)'
-    reason = f'{counts} are too few (5 are needed) or all in one place'
+    few = min(len(target), len(source)) < LEAST_POINTS
+    reason = f'{counts}: {f"{LEAST_POINTS} are needed" if few else "all in one place"}'
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 
@@ -141,8 +142,13 @@ def _discord(joint, differences, T):
 
 
 def _least_contrast(joint, T, hold):
-    """Return the least rise of q_mean where surfaces that hold a motion move by a radius."""
+    """Return the least rise of q_mean where surfaces that hold a motion move by a radius.
+
+    nan: there is no surface.
+    """
     rises = []
+    if not len(hold.along):
+        return np.nan
     for k in np.flatnonzero(~hold.free):
         motion, holders = hold.held_by(k)
         rises.append(contrasts(joint, T, motion[:, None], holders, HOLDERS).min())
@@ -163,8 +169,10 @@ def _verdict(p, seen, overlap, meeting, free, solve):
         share = f'{overlap:.1%} of the points have a neighbour in the other cloud'
         return Verdict.LOW_OVERLAP, p, share
     if meeting < LEAST_MEETING:
-        few = f'{meeting} points have a neighbour in the other cloud; {LEAST_MEETING} are needed'
+        few = f'{meeting} points of a cloud have a neighbour in the other, {LEAST_MEETING} must'
         return Verdict.NOT_CONVERGED, p, few
+    if np.isnan(contrast) and not free:
+        return Verdict.NOT_CONVERGED, p, 'no ball of points is dense enough to tell a surface by'
     if p < CREDIBLE:
         if solve.credibility < CREDIBLE:
             return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'

@@ -18,6 +18,7 @@ from idem_ros.core.voxels import reduce_to_voxels
 KEPT = 8  # results kept of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
 FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
+MIDDLE_SAMPLE = 64  # points, about, that the middle of a cloud is taken from
 UNIT = np.empty((0, 7))  # raw moments of points that stand for themselves
 
 
@@ -39,7 +40,7 @@ class Cloud:
 
     Args:
         points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
-            not finite, or beyond 1e12, count in `dropped` and are left out of everything.
+            not finite, masked, or beyond 1e12, count in `dropped` and are left out of everything.
 
     Raises:
         InvalidCloud: another shape, not numbers, or no finite point.
@@ -179,36 +180,41 @@ def _keep(kept, key, value):
 
 def _checked_points(points):
     try:
-        array = np.asarray(points)
+        masked = isinstance(points, np.ma.MaskedArray)
+        array = points.astype(np.float64).filled(np.nan) if masked else np.asarray(points)
         if array.dtype.kind not in 'fiub':
             raise TypeError(f'its dtype is {array.dtype}')
     except (TypeError, ValueError) as error:
         raise InvalidCloud(f'the cloud is not an array of real numbers: {error}') from error
     if array.ndim != 2 or array.shape[1] != 3:
-        raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3)')
+        more = ', as points[:, :3] is' if array.ndim == 2 and array.shape[1] > 3 else ''
+        raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3){more}')
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
 @njit(**JIT)
 def _centred(points):
-    """Return the mean of the finite rows, which rows are, and these rows minus the mean."""
+    """Return the middle of the finite rows, which rows are, and these rows minus the middle.
+
+    The median of a sample: a stray would drag the mean away, and with it the others' digits.
+    """
     finite = np.empty(points.shape[0], np.bool_)
-    origin = np.zeros(3)
     n = 0
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         finite[i] = abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST
-        if finite[i]:
-            origin[0] += x
-            origin[1] += y
-            origin[2] += z
-            n += 1
-    origin /= max(n, 1)
+        n += finite[i]
     kept = np.empty((n, 3))
     n = 0
     for i in range(points.shape[0]):
         if finite[i]:
             for c in range(3):
-                kept[n, c] = points[i, c] - origin[c]
+                kept[n, c] = points[i, c]
             n += 1
+    origin = np.zeros(3)
+    for c in range(3 * (n > 0)):
+        sample = np.sort(kept[:: max(n // MIDDLE_SAMPLE, 1), c])
+        origin[c] = sample[sample.shape[0] // 2]
+        for i in range(n):
+            kept[i, c] -= origin[c]
     return origin, finite, kept

@@ -1,7 +1,10 @@
 """The parameters of a registration, described once for core, node, CLI and docs."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
+
+import numpy as np
 
 from idem_ros.core.exceptions import InvalidConfig
 
@@ -71,12 +74,12 @@ class RegistrationConfig:
     )
 
     def __post_init__(self):
+        for name in parameter_names():
+            object.__setattr__(self, name, _plain(getattr(self, name)))
         if self.voxel_size is not None:
             _require_positive('voxel_size', self.voxel_size)
         _require_positive('a', self.a)
-        object.__setattr__(self, 'radius_schedule', tuple(self.radius_schedule))
-        if not self.radius_schedule:
-            raise InvalidConfig('radius_schedule is empty; give at least one stage, e.g. (1.0,)')
+        self._check_schedule()
         for factor in self.radius_schedule:
             _require_positive('radius_schedule', factor)
         _require_one_of('length_scale', self.length_scale, LENGTH_SCALES)
@@ -92,10 +95,23 @@ class RegistrationConfig:
         _require_positive('rotation_tolerance', self.rotation_tolerance)
         _require_positive('translation_tolerance', self.translation_tolerance)
 
+    def _check_schedule(self):
+        given = self.radius_schedule
+        if not isinstance(given, Iterable) or not (schedule := tuple(map(_plain, given))):
+            raise InvalidConfig(
+                f'radius_schedule is {given!r}; give one stage at least, as in (1.0,)'
+            )
+        object.__setattr__(self, 'radius_schedule', schedule)
+
 
 def parameter_names():
     """Return the names of all fields of `RegistrationConfig`, in order."""
     return tuple(f.name for f in fields(RegistrationConfig))
+
+
+def _plain(value):
+    """Return a NumPy scalar as Python's: a kernel would be compiled anew for its type."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _require_positive(name, value):

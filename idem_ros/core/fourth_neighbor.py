@@ -17,8 +17,9 @@ LEAST_REACH = 1e-9  # of the extent, where most points are copies
 def mean_fourth_neighbor_distance(points, most=None):
     """Return r_4th of (N, 3) finite points, N >= 5, the point itself not counted.
 
-    most: an estimate from every n-th point, at least so many, is enough, and strays are left out,
-        of which one at 1e6 m would be the mean; None: from all.
+    most: an estimate from every n-th point, at least so many, is enough; copies and strays are
+        left out (half the points in one place would halve it, one at 1e6 m be all of it). None:
+        from all.
     """
     queries = np.ascontiguousarray(points[:: 1 if most is None else max(len(points) // most, 1)])
     distance = np.full(len(queries), np.nan)
@@ -35,9 +36,10 @@ def mean_fourth_neighbor_distance(points, most=None):
         open_ = open_[np.isnan(distance[open_])]
         reach *= GROWTH
     _look_at_all(queries, points, open_, distance)
-    if most is not None:
-        usual = np.sort(distance)[-1 - len(distance) // STRAY_SHARE]
-        distance = distance[distance <= STRAY * usual] if usual > 0.0 else distance
+    if most is not None and distance.any():
+        apart = np.sort(distance[distance > 0.0])
+        usual = apart[-1 - len(apart) // STRAY_SHARE]
+        distance = distance[(distance > 0.0) & (distance <= STRAY * usual)]
     return float(distance.mean())
 
 

@@ -17,13 +17,14 @@ from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import Cloud, as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.constraint import hold_of
+from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.joint_entropy import between_origins, from_origins
 from idem_ros.core.metric import overlap_of
 from idem_ros.core.stages import descend, prepare, stay
 from idem_ros.core.status import Status
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RegistrationResult:
     """The refined transform, and how well the clouds agree there."""
 
@@ -63,9 +64,12 @@ def register(target, source, T_target_source=None, config=None):
         A `RegistrationResult`; whether it converged is a value, not an exception.
 
     Raises:
-        InvalidCloud, InvalidTransform: for input that is no cloud or no rigid transform.
+        InvalidCloud, InvalidTransform, InvalidConfig: for input that is no cloud, no rigid
+            transform or no `RegistrationConfig`.
     """
     config = RegistrationConfig() if config is None else config
+    if not isinstance(config, RegistrationConfig):
+        raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
     ours = tuple(not isinstance(points, Cloud) for points in (target, source))
     target, source = in_threads(config.threads, as_cloud, (target, source))
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)

@@ -8,6 +8,7 @@ from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.jit import JIT
 
 ORTHONORMALITY_TOLERANCE = 1e-3
+LAST_ROW_TOLERANCE = 1e-6  # a small translation there is a transposed matrix
 
 
 def checked_transform(transform, name='T_target_source'):
@@ -21,6 +22,8 @@ def checked_transform(transform, name='T_target_source'):
         InvalidTransform: wrong shape, not finite, a last row other than 0 0 0 1, or no rotation.
     """
     try:
+        if np.iscomplexobj(transform):
+            raise TypeError('complex')
         matrix = np.array(transform, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidTransform(f'{name} is not a matrix of numbers: {error}') from error
@@ -28,7 +31,7 @@ def checked_transform(transform, name='T_target_source'):
         raise InvalidTransform(f'{name} has shape {matrix.shape}; it must be (4, 4)')
     if not np.isfinite(matrix).all():
         raise InvalidTransform(f'{name} holds values that are not finite')
-    if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=ORTHONORMALITY_TOLERANCE):
+    if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=LAST_ROW_TOLERANCE):
         raise InvalidTransform(f'{name} has the last row {matrix[3]}; it must be 0 0 0 1')
     rotation = matrix[:3, :3]
     error = np.abs(rotation @ rotation.T - np.eye(3)).max()

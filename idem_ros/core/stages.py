@@ -19,6 +19,7 @@ EASE = 50.0  # of the tolerances before the last stage, which need only reach th
 CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
 FINE = 0.25  # of the radius
 SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hold ten or so
+COPIES = 1e-9  # of the extent: points as near as that are one
 LEAST_POINTS = 5  # a point and its four neighbours
 WIDER = 2.0  # than the first stage, where that did not find its way
 SURE = 0.9  # of the first stage's valley: every other stage after it is left out
@@ -58,9 +59,12 @@ def prepare(target, source, config, ours=(False, False)):
     clouds = (target, source)
     if config.voxel_size is not None:
         clouds = _reduced(clouds, config.voxel_size, config.threads)
-    if min(len(cloud) for cloud in clouds) < LEAST_POINTS:
+    radii = _radii(clouds, config)
+    if radii and radii[-1] == 0.0:
+        clouds = tuple(map(_without_copies, clouds))
+        radii = _radii(clouds, config)
+    if not radii:
         return Prepared(clouds, ours, (), config, deadline)
-    radii = stage_radii(*clouds, config)
     if config.voxel_size is None and radii[-1] > 0.0:
         clouds = [_uncrowded(cloud, radii[-1]) for cloud in clouds]
     if radii[-1] > 0.0:
@@ -164,6 +168,18 @@ def _minimized(prepared, stage, T, motions, last=False):
 
 def _reduced(clouds, voxel_size, threads):
     return in_threads(threads, lambda cloud: cloud.reduced(voxel_size), clouds)
+
+
+def _radii(clouds, config):
+    """Return the radius of each stage; none for clouds of too few points."""
+    enough = min(len(cloud) for cloud in clouds) >= LEAST_POINTS
+    return stage_radii(*clouds, config) if enough else []
+
+
+def _without_copies(cloud):
+    """Return a cloud with one point where points coincide; as it is, where all do."""
+    edge = COPIES * float(np.ptp(cloud.points))
+    return cloud.reduced(edge) if edge > 0.0 else cloud
 
 
 def _widened(target, source, radius, config):
