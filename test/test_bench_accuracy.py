@@ -79,6 +79,8 @@ def test_a_figure_is_reached_by_an_equal_and_within_the_truths_uncertainty():
     for v in verdicts([equal, within]):
         assert not v.missed
         assert v.reached == 2
+        assert v.undecided == ('error' in v.figure)
+        assert ("a peer's is smaller" in str(v)) == ('error' in v.figure)
 
 
 def test_an_error_without_bound_loses():

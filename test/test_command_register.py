@@ -49,6 +49,12 @@ def test_a_pose_that_is_not_aligned_has_no_standard_deviations(files, capsys):
     assert 'deviations' not in out
 
 
+def test_numbers_in_a_row_may_begin_with_a_minus(files, capsys):
+    main(['register', 'target.npy', 'source.npy', '--crop-min', '-1e3,-1e3,-inf', '--json'])
+    assert json.loads(capsys.readouterr().out)['overlap'] > 0.5
+    assert main(['register', 'target.npy', 'source.npy', '--crop-min', '900,-1e3,-1e3']) == 1
+
+
 def test_the_gap_to_the_swapped_registration_is_told(files, capsys):
     main(['register', 'target.npy', 'source.npy', '--assessment', 'swap'])
     (line,) = [line for line in capsys.readouterr().out.splitlines() if 'to source' in line]

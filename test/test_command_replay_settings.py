@@ -48,7 +48,7 @@ def test_without_small_gicp_a_peer_is_refused_in_one_line(folder, capsys, monkey
     monkeypatch.setitem(sys.modules, 'small_gicp', None)
     assert main(['replay', 'scans.mcap', '--method', 'gicp']) == 1
     error = capsys.readouterr().err
-    assert "pip install 'idem_ros[bench]'" in error
+    assert "pip install '.[bench]'" in error
     assert error.count('\n') == 1
 
 

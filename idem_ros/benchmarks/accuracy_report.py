@@ -4,6 +4,7 @@ from dataclasses import asdict
 
 from idem_ros.benchmarks.case import LEVELS
 from idem_ros.benchmarks.markdown import number, table
+from idem_ros.benchmarks.real_pairs import TRUSTED
 from idem_ros.benchmarks.verdict import verdicts
 
 HEADER = (
@@ -17,18 +18,24 @@ about its centroid, and translation errors are those of its centroid. Success: b
 0.5 r4th. Each peer bears the setting that served it best at this row and level (by success, then
 median error): of all these very runs, an oracle that no user has, or on a real pair of its first
 four. Distances and voxels are multiples of r4th. IDEM has one setting everywhere. All methods stop
-at the same criteria, and the peers work in units of r4th.
+at the same criteria, and the peers work in units of r4th. A peer's smaller error counts where it
+tells: not where both are within what the truth is uncertain by, which is {uncertainties}.
 """
 
 
 def markdown(results):
     """Return the verdicts, then a table for each level."""
-    parts = ['## Accuracy\n', NOTE, _verdict_list(results)]
+    parts = ['## Accuracy\n', NOTE.format(uncertainties=_uncertainties()), _verdict_list(results)]
     for level, (multiple, degrees) in enumerate(LEVELS):
         parts.append(f'### From {multiple} r4th and {degrees:g} deg\n')
         rows = [row for result in results for row in _rows(result, level)]
         parts.append(table(HEADER, rows))
     return '\n'.join(parts)
+
+
+def _uncertainties():
+    known = [(name, deg, m) for _, name, _, deg, m, _ in TRUSTED if deg or m]
+    return ', '.join(f'{name} {deg:g} deg and {1e3 * m:g} mm' for name, deg, m in known)
 
 
 def summary(results):

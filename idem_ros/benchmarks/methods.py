@@ -90,7 +90,7 @@ def small_gicp():
     except ImportError as error:
         raise PeersMissing(
             'small_gicp, which IDEM is compared with, is not installed; '
-            "it comes with the extra: pip install 'idem_ros[bench]'"
+            "it comes with the extra: pip install '.[bench]'"
         ) from error
     return small_gicp
 

@@ -48,7 +48,7 @@ def _draw(folder):
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise UsageError('the picture needs matplotlib: pip install "idem_ros[plot]"') from error
+        raise UsageError('the picture needs matplotlib: pip install ".[plot]"') from error
     from idem_ros.core import RegistrationConfig
     from idem_ros.evaluation.picture import draw_frame
 

@@ -81,9 +81,7 @@ def _context(args):
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise UsageError(
-            'the figures need matplotlib: pip install "idem_ros[experiments]"'
-        ) from error
+        raise UsageError('the figures need matplotlib: pip install ".[experiments]"') from error
     model = paper_model(args.model, args.seed)
     out = Path(args.out)
     if out.exists() and not out.is_dir():

@@ -1,5 +1,6 @@
 """The fields of the configurations as command line options, and back."""
 
+import re
 from argparse import SUPPRESS, ArgumentTypeError
 from dataclasses import fields, replace
 
@@ -34,6 +35,8 @@ def add_config_options(parser, without=(), config_type=RegistrationConfig):
         without: names of fields that the command decides itself.
         config_type: whose fields; `config_from` takes the same.
     """
+    # argparse takes "-1,-1,-1" for an option, as it does all that looks like no single number
+    parser._negative_number_matcher = re.compile(r'-(\d|\.\d|inf)')
     group = parser.add_argument_group(TITLES[config_type])
     for field in fields(config_type):
         if field.name in without:

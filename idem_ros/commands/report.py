@@ -44,7 +44,7 @@ def run(args):
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise UsageError('the plots need matplotlib: pip install "idem_ros[plot]"') from error
+        raise UsageError('the plots need matplotlib: pip install ".[plot]"') from error
     from idem_ros.evaluation.report import write_report
 
     page = write_report(args.results, args.out, _progress)

@@ -60,7 +60,7 @@ def _distributed():
         import distributed
     except ImportError as error:
         raise ClusterMissing(
-            'a cluster needs dask.distributed; install it: pip install "idem_ros[cluster]"'
+            'a cluster needs dask.distributed; install it: pip install ".[cluster]"'
         ) from error
     return distributed
 

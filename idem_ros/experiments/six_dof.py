@@ -140,7 +140,7 @@ def _about_methods(peers):
     if not peers:
         return (
             f'{text} **small_gicp is not installed, so that its ICP, point-to-plane and GICP are '
-            "missing here**: `pip install 'idem_ros[bench]'`."
+            "missing here**: `pip install '.[bench]'`."
         )
     distances = ', '.join(f'{distance:g}' for distance in DISTANCES)
     return (
