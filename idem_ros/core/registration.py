@@ -79,12 +79,7 @@ def register(target, source, T_target_source=None, config=None):
         said = None if config.assessment == 'none' else too_little(*prepared.clouds)
         return RegistrationResult(T, status, assessment=said)
     T = between_origins(target, source, T)
-    descent = descend(prepared, T) if config.mode == 'refine' else stay(prepared, T)
-    hold = hold_of(descent.joint, descent.solution.transform)
-    some = 0 < hold.free.sum() < 6
-    if some and config.free_motions == 'guess' and config.mode == 'refine':
-        hold = hold_of(descent.joint, descent.solution.transform, sample=np.inf)
-        descent = descend(prepared, T, hold.motions[:, ~hold.free])
+    descent, hold = _descended(prepared, T)
     pose = descent.solution.transform
     differences = descent.joint.per_point(pose)
     result = _result(target, source, descent, differences, hold, config.mode)
@@ -94,6 +89,20 @@ def register(target, source, T_target_source=None, config=None):
     gap = swap_gap(prepared, T, pose, hold) if config.assessment == 'swap' else np.nan
     said = judged(descent.joint, differences, pose, hold, result.overlap, source.origin, solve)
     return replace(result, assessment=replace(said, swap_gap=gap))
+
+
+def _descended(prepared, T):
+    """Return the `Descent` from T, and the `Hold` that says what it may move."""
+    config = prepared.config
+    if config.mode == 'audit':
+        descent = stay(prepared, T)
+        return descent, hold_of(descent.joint, T)
+    descent = descend(prepared, T)
+    hold = hold_of(descent.joint, descent.solution.transform)
+    if 0 < hold.free.sum() < 6 and config.free_motions == 'guess':
+        hold = hold_of(descent.joint, descent.solution.transform, sample=np.inf)
+        descent = descend(prepared, T, hold.motions[:, ~hold.free])
+    return descent, hold
 
 
 def _result(target, source, descent, differences, hold, mode):
