@@ -79,6 +79,6 @@ def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, truth, mo
 def test_a_basin_is_left_only_by_more_than_a_radius_and_for_the_worse(clouds, truth):
     joint = JointEntropy(*clouds, 0.25, 'radius')
     near, far = (se3.translation([way, 0, 0]) @ truth for way in (0.2, 0.8))
-    assert has_strayed(joint, far, truth)
-    assert not has_strayed(joint, truth, far)
-    assert not has_strayed(joint, near, truth)
+    assert has_strayed(joint, far, truth, 2.0)
+    assert not has_strayed(joint, truth, far, 2.0)
+    assert not has_strayed(joint, near, truth, 2.0)

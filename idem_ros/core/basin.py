@@ -11,6 +11,8 @@ SAMPLE = 64  # centres of each cloud, about
 # it is even; where the first stage ended, and where the last coarse one did.
 FIRST, LAST = (2.13, 0.0615), (3.96, 0.0963)
 LEAST = 0.01
+FAR = 1.5  # of the first radius: guesses from which all succeed end nearer
+POOR = 0.2  # nat: on average where surfaces coincide, scans of an object with their noise apart
 FARTHEST, PROBE = 5.0, 0.5  # of the radius
 
 
@@ -27,18 +29,35 @@ def credibility(joint, T_target_source, model):
     return 1.0 / (1.0 + (middle / max(mean, LEAST)) ** slope)
 
 
-def has_strayed(joint, T_target_source, T_guess):
-    """Whether the clouds agree less here than at the guess, though no fewer met there.
+def has_strayed(joint, T_target_source, T_guess, widest):
+    """Whether a solve may have left the basin of its guess.
 
-    Within a radius of the guess it is the guess that is inexact: no basin was left.
+    The clouds agree less here than at the guess, though no fewer met there; or they agree badly,
+    far beyond the radius that the solve looked at first. Within a radius of the guess it is the
+    guess that is inexact: no basin was left.
+
+    Args:
+        joint: the `JointEntropy` of the last stage.
+        T_target_source: (4, 4) where it ended, between the clouds' origins.
+        T_guess: (4, 4) likewise.
+        widest: radius of the first stage.
     """
-    if _way(joint, T_target_source, T_guess) < joint.radius:
+    way = _way(joint, T_target_source, T_guess)
+    if way < joint.radius:
         return False
     (here, there), (near, far) = zip(
         *(sums_at_each(joint, T[None], _everywhere(joint)) for T in (T_target_source, T_guess)),
         strict=True,
     )
+    if way > FAR * widest and here > POOR * near:
+        return True
     return bool(far >= near > 0 and there * near < here * far)
+
+
+def disagreement(joint, T_target_source):
+    """Return q_i of the points that have a neighbour in the other cloud, on average over some."""
+    (q,), (within,) = sums_at_each(joint, T_target_source[None], _everywhere(joint))
+    return q / within if within else np.inf
 
 
 def gauge(joint, T_target_source, T_guess):

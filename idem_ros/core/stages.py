@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.basin import FIRST, LAST, credibility, has_strayed
+from idem_ros.core.basin import FIRST, LAST, credibility, disagreement, has_strayed
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import Cloud
 from idem_ros.core.config import RegistrationConfig
@@ -85,17 +85,23 @@ def stay(prepared, T):
 def descend(prepared, T, motions=None):
     """Minimise from T through the stages; motions (6, k): those allowed, None: all.
 
-    A first stage that ends in no valley starts again from a wider one. Stages that end where the
-    clouds agree less than at T have left its basin: the first ones are then left out.
+    A first stage that ends in no valley starts again from a wider one. Where stages may have left
+    the basin of T, the first ones are left out; of such tries the one that agrees best counts.
     """
-    iterations = 0
+    tries = []
     for first in range(len(prepared.stages)):
-        descent = _through(prepared, prepared.stages[first:], T, motions)
-        iterations += descent.iterations
+        stages = prepared.stages[first:]
+        descent = _through(prepared, stages, T, motions)
+        tries.append(descent)
         end = descent.solution.transform
-        if descent.is_late or not has_strayed(descent.joint, end, T):
+        if descent.is_late or not has_strayed(descent.joint, end, T, stages[0].radius):
             break
-    return descent._replace(iterations=iterations)
+    best = min(tries, key=_disagreement) if len(tries) > 1 else descent
+    return best._replace(iterations=sum(descent.iterations for descent in tries))
+
+
+def _disagreement(descent):
+    return disagreement(descent.joint, descent.solution.transform)
 
 
 def joint_entropy(prepared, stage, slide):
