@@ -92,7 +92,7 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
     }
     meeting = min(int(np.count_nonzero(reach)) for _, reach in differences)
     audited = solve.status is Status.AUDITED
-    enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING
+    enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING and len(hold.along)
     p = float(probability(**seen)) if enough else np.nan
     free = free_in_words(hold, T[:3, :3])
     covariance = covariance_of(joint, T, hold, pulls, stiffness)
@@ -142,13 +142,8 @@ def _discord(joint, differences, T):
 
 
 def _least_contrast(joint, T, hold):
-    """Return the least rise of q_mean where surfaces that hold a motion move by a radius.
-
-    nan: there is no surface.
-    """
+    """Return the least rise of q_mean where surfaces that hold a motion move by a radius."""
     rises = []
-    if not len(hold.along):
-        return np.nan
     for k in np.flatnonzero(~hold.free):
         motion, holders = hold.held_by(k)
         rises.append(contrasts(joint, T, motion[:, None], holders, HOLDERS).min())
@@ -171,7 +166,7 @@ def _verdict(p, seen, overlap, meeting, free, solve):
     if meeting < LEAST_MEETING:
         few = f'{meeting} points of a cloud have a neighbour in the other, {LEAST_MEETING} must'
         return Verdict.NOT_CONVERGED, p, few
-    if np.isnan(contrast) and not free:
+    if np.isnan(p) and not free:
         return Verdict.NOT_CONVERGED, p, 'no ball of points is dense enough to tell a surface by'
     if p < CREDIBLE:
         if solve.credibility < CREDIBLE:
