@@ -54,10 +54,15 @@ def has_strayed(joint, T_target_source, T_guess, widest):
     return bool(far >= near > 0 and there * near < here * far)
 
 
-def disagreement(joint, T_target_source):
-    """Return q_i of the points that have a neighbour in the other cloud, on average over some."""
-    (q,), (within,) = sums_at_each(joint, T_target_source[None], _everywhere(joint))
-    return q / within if within else np.inf
+def best_of(joint, transforms):
+    """Return the index of the transform at which the clouds agree best.
+
+    Of those at which at least half as many points meet as at any: a few agree anywhere.
+    """
+    looks = [sums_at_each(joint, T[None], _everywhere(joint)) for T in transforms]
+    q, within = np.array(looks)[:, :, 0].T
+    enough = 2.0 * within >= within.max()
+    return int(np.argmin(np.where(enough, q / np.maximum(within, 1.0), np.inf)))
 
 
 def gauge(joint, T_target_source, T_guess):

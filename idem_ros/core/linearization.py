@@ -253,6 +253,8 @@ def of_both(here, there, T_source_target):
     pulls, stiffness = np.zeros((groups, 6)), np.zeros((groups, 6, 6))
     pull, matrix, product = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
     for g in range(groups):
+        if not (here[:, g].any() or there[:, g].any()):
+            continue
         _unpack(there[:, g], pull, matrix)
         _unpack(here[:, g], pulls[g], stiffness[g])
         for i in range(6):

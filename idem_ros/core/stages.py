@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.basin import FIRST, LAST, credibility, disagreement, has_strayed
+from idem_ros.core.basin import FIRST, LAST, best_of, credibility, has_strayed
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import Cloud
 from idem_ros.core.config import RegistrationConfig
@@ -96,12 +96,9 @@ def descend(prepared, T, motions=None):
         end = descent.solution.transform
         if descent.is_late or not has_strayed(descent.joint, end, T, stages[0].radius):
             break
-    best = min(tries, key=_disagreement) if len(tries) > 1 else descent
+    ends = [descent.solution.transform for descent in tries]
+    best = tries[best_of(descent.joint, ends)] if len(tries) > 1 else descent
     return best._replace(iterations=sum(descent.iterations for descent in tries))
-
-
-def _disagreement(descent):
-    return disagreement(descent.joint, descent.solution.transform)
 
 
 def joint_entropy(prepared, stage, slide):

@@ -6,7 +6,7 @@
 import numpy as np
 
 LEAST = 1e-3  # of the step
-WEIGHTS = (-12.75, 4.947, -4.0, -3.238)  # of discord, contrast, log10 of the step; the constant
+WEIGHTS = (-11.17, 5.553, -3.755, -4.082)  # of discord, contrast, log10 of the step; the constant
 
 
 def features(discord, contrast, step):

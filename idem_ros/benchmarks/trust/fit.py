@@ -12,7 +12,7 @@ BINS = 10
 
 
 def fitted(poses):
-    """Return the model's weights (4,), each kind and class counting alike.
+    """Return the model's weights (4,): each kind, class and way a pose was made counts alike.
 
     Args:
         poses: `Judged`, none of which is neither right nor wrong; it learns from the `is_seen`.
@@ -20,7 +20,7 @@ def fitted(poses):
     poses = [each for each in poses if is_seen(each)]
     inputs = features(*numbers_of(poses))
     right = np.array([each.right for each in poses], float)
-    groups = [(each.kind, each.right) for each in poses]
+    groups = [(each.kind, each.right, each.how) for each in poses]
     weight = np.array([1.0 / groups.count(group) for group in groups])
     mean, scale = inputs.mean(axis=0), inputs.std(axis=0)
     design = np.c_[(inputs - mean) / scale, np.ones(len(inputs))]
