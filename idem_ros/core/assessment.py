@@ -11,6 +11,8 @@ from idem_ros.core.basin import gauge
 from idem_ros.core.contrast import contrasts
 from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.joint_entropy import JointEntropy
+from idem_ros.core.noise import quantile
+from idem_ros.core.solver import newton_step
 from idem_ros.core.stages import LEAST_POINTS, descend
 from idem_ros.core.status import Status
 from idem_ros.core.verdict_model import probability
@@ -138,7 +140,7 @@ def _discord(joint, differences, T):
         points = (joint.target.grid.points, joint.source.grid.points)
         differences = joint_cloud.differences(*points, T, joint.radius, joint.radius)
     meeting = np.concatenate([q[reach > 0.0] for q, reach in differences])
-    return float(np.quantile(meeting, TENTH))
+    return quantile(meeting, TENTH)
 
 
 def _least_contrast(joint, T, hold):
@@ -153,7 +155,7 @@ def _least_contrast(joint, T, hold):
 def _step(hold, gradient, matrix):
     """Return how far the next step along the motions held would move the surfaces."""
     held = hold.motions[:, ~hold.free]
-    along, *_ = np.linalg.lstsq(held.T @ matrix @ held, held.T @ gradient, rcond=1e-9)
+    along, _ = newton_step(held.T @ matrix @ held, held.T @ gradient)
     return float(np.linalg.norm(along))
 
 

@@ -71,8 +71,10 @@ class Hold(NamedTuple):
         most = along.max(initial=0.0)
         if most == 0.0:
             return self.motions[:, k], tuple(some[:0] for some in self.centres)
-        hold = np.split(along > HOLDING * most, [len(self.centres[0])])
-        return self.motions[:, k] / most, tuple(map(np.compress, hold, self.centres))
+        of_target, of_source = self.centres
+        hold = np.flatnonzero(along > HOLDING * most)
+        here, there = np.split(hold, [np.searchsorted(hold, len(of_target))])
+        return self.motions[:, k] / most, (of_target[here], of_source[there - len(of_target)])
 
 
 def hold_of(joint, T_target_source, sample=SAMPLE):

@@ -30,11 +30,11 @@ def contrasts(joint, T_target_source, motions, chosen, sample):
         chosen: indices of centres of the target, and of the source.
         sample: how many of each, about, are taken.
     """
-    T = T_target_source
-    there = [se3.exp(joint.radius * motion) for motion in motions.T]
-    places = np.array([T, *(step @ T for way in there for step in (way, se3.inverse(way)))])
-    q, within = sums_at_each(joint, places, chosen, sample)
-    return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(2 * len(there))
+    places = [T_target_source]
+    for motion in joint.radius * motions.T:
+        places += [se3.exp(motion) @ T_target_source, se3.exp(-motion) @ T_target_source]
+    q, within = sums_at_each(joint, np.array(places), chosen, sample)
+    return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(len(q) - 1)
 
 
 def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
@@ -51,7 +51,7 @@ def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
         sample: how many of each, about, are taken.
     """
     sides = ((joint.target, joint.source), (joint.source, joint.target))
-    backs = np.array([se3.inverse(transform) for transform in transforms])
+    backs = se3.inverses(np.ascontiguousarray(transforms))
     q, within = np.zeros((2, len(transforms)))
     for (centres, others), at, some in zip(sides, (transforms, backs), chosen, strict=True):
         some = some[:: max(len(some) // sample, 1)]

@@ -7,8 +7,10 @@ A part comes from regions twice as wide: what errs alike over more of the scene,
 """
 
 import numpy as np
+from numba import njit
 
 from idem_ros.core import se3
+from idem_ros.core.jit import JIT
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, of_both
 from idem_ros.core.solver import LEAST_STIFFNESS
 
@@ -58,7 +60,7 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
 
 def _scatter(pulls, stiffness, firm, roots):
     """Return the jackknife's (6, 6): the sum over regions of how far the rest would move."""
-    some = stiffness.any(axis=(1, 2))
+    some = stiffness[:, 3, 3] > 0.0
     rest = np.eye(firm.shape[1]) - LEVERAGE * (firm.T @ stiffness[some] @ firm)
     moves = np.linalg.solve(rest, (pulls[some] @ roots)[:, :, None])[:, :, 0] @ roots.T
     return moves.T @ moves
@@ -118,15 +120,18 @@ def _groups(joint, T, region):
     """Return the number of each centre's region, of the target's and of the source's."""
     if region is None:
         return IN_ONE, IN_ONE
-    return _group(joint.target, np.eye(4), region), _group(joint.source, T, region)
+    here = _group(joint.target.grid.points, np.eye(4), region)
+    return here, _group(joint.source.grid.points, np.ascontiguousarray(T), region)
 
 
-def _group(centres, T, region):
-    # axis by axis: all three at once would be the most memory of a registration
-    group = np.zeros(len(centres.order), np.int64)
-    for axis in range(3):
-        place = centres.grid.points @ T[axis, :3] + T[axis, 3]
-        group += PERIOD**axis * (np.floor(place / region).astype(np.int64) % PERIOD)
+@njit(**JIT)
+def _group(points, T, region):
+    group = np.zeros(points.shape[0], np.int64)
+    for i in range(points.shape[0]):
+        x, y, z = points[i]
+        for axis in range(2, -1, -1):
+            place = T[axis, 0] * x + T[axis, 1] * y + T[axis, 2] * z + T[axis, 3]
+            group[i] = PERIOD * group[i] + np.int64(np.floor(place / region)) % PERIOD
     return group
 
 

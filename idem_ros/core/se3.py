@@ -62,6 +62,15 @@ def _inverse(T):
     return result
 
 
+@njit(**JIT)
+def inverses(transforms):
+    """Return the inverses of (K, 4, 4) rigid transforms."""
+    result = np.empty_like(transforms)
+    for k in range(transforms.shape[0]):
+        result[k] = _inverse(transforms[k])
+    return result
+
+
 def transform_points(transform, points):
     """Return R p + t for each row p of (N, 3) points."""
     return points @ transform[:3, :3].T + transform[:3, 3]

@@ -78,14 +78,14 @@ def _secant(relaxation, last, step, matrix):
 
 def _step(matrix, gradient, motions):
     if motions is None:
-        return _solve(matrix, gradient)
-    along, free = _solve(motions.T @ matrix @ motions, motions.T @ gradient)
+        return newton_step(matrix, gradient)
+    along, free = newton_step(motions.T @ matrix @ motions, motions.T @ gradient)
     return motions @ along, free
 
 
 @njit(**JIT)
-def _solve(matrix, gradient):
-    """Return the step down, and the number of directions too loose for one.
+def newton_step(matrix, gradient):
+    """Return the step down, (n,), and the number of directions too loose for one.
 
     Rotations and translations are scaled to the same stiffness first.
     """

@@ -78,7 +78,8 @@ def _page(context, poses, weights, first, last):
         '# The models that judge results\n\n'
         f'Trained on {len(poses)} poses, {right} right and {len(poses) - right} wrong by known '
         'amounts, each kind of scene, class and way of making them counting alike; verdict.csv '
-        'has them all. The models in use are in `idem_ros/core/verdict_model.py` and `idem_ros/core/basin.py`. '
+        'has them all. The models in use are in `idem_ros/core/verdict_model.py` and '
+        '`idem_ros/core/basin.py`. '
         '`idem bench trust` tells how well such models judge kinds of scene they never saw.\n\n'
     )
     return write_page(
