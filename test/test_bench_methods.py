@@ -63,5 +63,5 @@ def test_every_peer_has_several_settings_to_choose_from():
 
 def test_what_is_missing_is_said_with_what_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, 'small_gicp', None)
-    with pytest.raises(PeersMissing, match=r'idem_ros\[bench\]'):
+    with pytest.raises(PeersMissing, match=r'\.\[bench\]'):
         small_gicp()

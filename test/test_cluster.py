@@ -109,7 +109,7 @@ def test_no_scheduler_is_an_error_of_one_line(bags, address, capsys):
 
 def test_without_the_extra_the_error_names_it(bags, monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
-    with pytest.raises(ClusterMissing, match=r'idem_ros\[cluster\]'):
+    with pytest.raises(ClusterMissing, match=r'\.\[cluster\]'):
         list(on_cluster(tasks_of(bags), f'{LOOPBACK}:1'))
 
 

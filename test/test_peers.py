@@ -113,5 +113,5 @@ def test_clouds_without_a_spacing_are_a_status(pair):
 
 def test_without_small_gicp_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, 'small_gicp', None)
-    with pytest.raises(PeersMissing, match=r'idem_ros\[bench\]'):
+    with pytest.raises(PeersMissing, match=r'\.\[bench\]'):
         Peer('gicp')

@@ -206,7 +206,8 @@ def test_diagnostics_say_in_strings_what_came_out(pair):
     assert list(values) == [
         *('q_tot', 'q_mean', 'overlap', 'radius'),
         *('iterations', 'status', 'reason', 'milliseconds'),
-        *('verdict', 'verdict_reason', 'p_aligned', 'free_motions', 'basin', 'swap_gap', 'sigma'),
+        *('verdict', 'verdict_reason', 'p_aligned', 'free_motions', 'basin', 'swap_gap'),
+        *('sigma_xyz_m', 'sigma_xyz_rad'),
         *('reading_ms', 'preparing_ms', 'registering_ms', 'judging_ms'),
         *('points_target', 'points_source', 'cropped', 'thinned', 'dropped'),
     ]
