@@ -90,7 +90,7 @@ def own_moments(grid, raw, r2, scale, begin, end, stride, unit_own, raw_own, h):
 
 @njit(**JIT)
 def _both_moments(px, py, pz, points, raw, found, n):
-    """Return what `unit_moments` and `raw_moments` do of the first n found, all within reach."""
+    """Return what `unit_moments` and `raw_moments` do of the first n found, in one pass."""
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
     rx = ry = rz = rxx = rxy = rxz = ryy = ryz = rzz = 0.0
     for c in range(np.uint64(n)):
