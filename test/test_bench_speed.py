@@ -102,6 +102,16 @@ def test_the_race_takes_the_fastest_of_idem_that_is_as_good_as_the_best_peer():
     assert race.ratio == pytest.approx(0.25)
     assert tradeoffs[1] not in race.tradeoffs
     assert len(race.tradeoffs) == 5
+    assert race.near.best_peer is tradeoffs[0]
+
+
+def test_a_faster_peer_that_is_nearly_as_good_is_raced_too():
+    tradeoffs = [tradeoff('GICP', 40.0, 0.003), tradeoff('VGICP', 20.0, 0.0039)]
+    tradeoffs += [tradeoff(IDEM, 8.0, 0.0035), tradeoff(IDEM, 16.0, 0.002)]
+    race = judged('street', tradeoffs)
+    assert (race.best_peer, race.ratio) == (tradeoffs[0], 0.4)
+    assert (race.near.best_peer, race.near.ratio) == (tradeoffs[1], 0.4)
+    assert race.near.idem is tradeoffs[2]
 
 
 def test_a_race_that_idem_never_reaches_has_no_ratio():
