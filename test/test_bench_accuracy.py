@@ -9,6 +9,7 @@ from clouds import surface
 from idem_ros.benchmarks import accuracy_report
 from idem_ros.benchmarks.accuracy import Figures, RowResult, measure_rows
 from idem_ros.benchmarks.case import LEVELS, Case
+from idem_ros.benchmarks.chance import ratio_interval
 from idem_ros.benchmarks.earlier import NotMeasured, with_peers_of
 from idem_ros.benchmarks.methods import PEERS, Setting, settings
 from idem_ros.benchmarks.rows import Row, accuracy_rows
@@ -27,7 +28,8 @@ TINY = Row('tiny', 'condition', (partial(tiny_case, 0), partial(tiny_case, 1)), 
 
 def figures(method, error=1.0, success=1.0):
     values = dict.fromkeys(('median', 'p90', 'median_successful', 'p90_successful'), error)
-    return Figures(method, Setting(method), 20, success, values, values)
+    each = (error,) * 20
+    return Figures(method, Setting(method), 20, success, values, values, each, each)
 
 
 def result(idem, peer, **uncertainty):
@@ -81,6 +83,27 @@ def test_a_figure_is_reached_by_an_equal_and_within_the_truths_uncertainty():
         assert v.reached == 2
         assert v.undecided == ('error' in v.figure)
         assert ("a peer's is smaller" in str(v)) == ('error' in v.figure)
+
+
+def test_the_interval_of_a_ratio_is_that_of_resampled_pairs():
+    rng = np.random.default_rng(0)
+    theirs = rng.exponential(size=40)
+    assert ratio_interval(2.0 * theirs, theirs, 50) == pytest.approx((2.0, 2.0))
+    low, high = ratio_interval(rng.exponential(size=40), theirs, 90)
+    assert 0.2 < low < 1.0 < high < 5.0
+    assert ratio_interval([1.0, None], [1.0, 1.0], 50) is None
+    assert ratio_interval([1.0, 1.0], [1.0, np.inf], 50) is None
+
+
+def test_a_row_says_what_of_it_is_chance_where_its_cases_are_drawn():
+    won = replace(result((0.5, 1.0), (1.0, 1.0)), kind='condition')
+    lost = replace(result((2.0, 1.0), (1.0, 1.0)), kind='simulated')
+    first, *_ = verdicts([won, lost])
+    assert (first.reached, first.clearly) == (1, 1)
+    assert 'by chance 2.00 to 2.00 times' in str(first)
+    first, *_ = verdicts([result((0.5, 1.0), (1.0, 1.0)), result((2.0, 1.0), (1.0, 1.0))])
+    assert (first.reached, first.clearly) == (1, 0)
+    assert 'chance' not in str(first)
 
 
 def test_an_error_without_bound_loses():

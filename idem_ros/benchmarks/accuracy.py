@@ -57,6 +57,9 @@ class Figures:
     rotation_deg: dict
     """'median', 'p90' over all runs, 'median_successful', 'p90_successful'; None: no such run."""
     translation_m: dict
+    each_rotation_deg: tuple
+    """Of every run, in the order of cases and starts, as are those of the other methods."""
+    each_translation_m: tuple  # None: without bound
 
 
 @dataclass(frozen=True)
@@ -173,6 +176,8 @@ def at_best(runs, level, method):
         success=float(np.mean([run.success for run in best])),
         rotation_deg=_percentiles(best, 'rotation_deg'),
         translation_m=_percentiles(best, 'translation_m'),
+        each_rotation_deg=tuple(run.rotation_deg for run in best),
+        each_translation_m=tuple(_bounded(run.translation_m) for run in best),
     )
 
 
@@ -180,6 +185,10 @@ def _rank(runs):
     """Smaller is better: failures first, then the median error."""
     failures = sum(not run.success for run in runs)
     return failures, np.median([run.displacement for run in runs])
+
+
+def _bounded(error):
+    return float(error) if np.isfinite(error) else None
 
 
 def _percentiles(runs, name):

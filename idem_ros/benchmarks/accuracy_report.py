@@ -20,6 +20,9 @@ median error): of all these very runs, an oracle that no user has, or on a real 
 four. Distances and voxels are multiples of r4th. IDEM has one setting everywhere. All methods stop
 at the same criteria, and the peers work in units of r4th. A peer's smaller error counts where it
 tells: not where both are within what the truth is uncertain by, which is {uncertainties}.
+Scenes and samplings are drawn: of 2000 drawings with replacement from those of a row, 95 % have a
+ratio of IDEM's error to the best peer's within what is given as chance; it is beyond chance where
+all of these are smaller than 1.
 """
 
 

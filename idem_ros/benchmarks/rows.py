@@ -8,7 +8,7 @@ from idem_ros.benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from idem_ros.benchmarks.real_pairs import real_case, real_pairs
 from idem_ros.benchmarks.surfaces import CONDITIONS, condition
 
-SEEDS = {'simulated': 20, 'condition': 40}  # cases of a row, each of which is started from once
+SEEDS = {'simulated': 20, 'condition': 100}  # cases of a row, each of which is started from once
 STARTS = 20  # a level, of a row that has but one case
 SCENES = {'street': (0.5, 0.25), 'room': (0.1,), 'forest': (0.5,)}
 """Scenes of the simulator and the voxel sizes they are registered at [m]; maps at the first."""
