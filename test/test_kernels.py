@@ -8,7 +8,7 @@ from idem_ros.core import se3
 from idem_ros.core.candidates import candidate_pairs, still_hold
 from idem_ros.core.cloud import Cloud, neighbourhoods
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
-from idem_ros.core.grid import build_grid, neighbours
+from idem_ros.core.grid import build_grid, neighbours, room_for
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, of_both
 from idem_ros.core.moments import entropy, raw_moments, rotated, unit_moments
@@ -29,10 +29,11 @@ def test_neighbours_are_those_that_a_look_at_all_points_finds(rng, extent, cell)
     points = rng.random((300, 3)) * (extent, 1, 2)
     grid, order = build_grid(points, cell)
     np.testing.assert_array_equal(grid.points, points[order])
-    found = np.empty(301, np.int32)
-    for centre in (*points[:15], points.min(axis=0) - 0.15, points.max(axis=0) + 0.15):
+    found, rows = room_for(grid)
+    outside = (points.min(axis=0) - 0.15, points.max(axis=0) + 0.15, points[0] + 1e6)
+    for centre in (*points[:15], *outside):
         for r in (cell, 0.6 * cell):
-            n = neighbours(*centre, grid, r**2, found)
+            n = neighbours(*centre, grid, r**2, found, rows)
             expected = np.flatnonzero(np.linalg.norm(grid.points - centre, axis=1) <= r)
             np.testing.assert_array_equal(np.sort(found[:n]), expected)
 

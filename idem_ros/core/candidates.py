@@ -11,7 +11,7 @@ from numba import njit
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import in_blocks
-from idem_ros.core.grid import bounds, neighbours
+from idem_ros.core.grid import bounds, neighbours, room_for
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import into_frame
 
@@ -95,11 +95,11 @@ def _enumerate(points, R, t, grid, r2):
     """
     n = points.shape[0]
     first, member = np.empty(n + 1, np.int64), np.empty(EXPECTED * n, np.int32)
-    found = np.empty(grid.points.shape[0] + 1, np.int32)
+    found, rows = room_for(grid)
     first[0] = at = 0
     for i in range(n):
         x, y, z = into_frame(points[i], R, t)
-        count = np.int64(neighbours(x, y, z, grid, r2, found))
+        count = np.int64(neighbours(x, y, z, grid, r2, found, rows))
         while at + count > member.shape[0]:
             member = np.concatenate((member, np.empty_like(member)))
         for c in range(np.uint64(count)):

@@ -109,7 +109,7 @@ class Cloud:
         """
         if radius not in self._cells:
             grid, order = build_grid(self.points, radius * (1.0 + SKIN) * CELL_MARGIN)
-            raw = self.raw[order] if len(self.raw) else UNIT
+            raw = self.raw.take(order, axis=0) if len(self.raw) else UNIT
             _keep(self._cells, radius, (grid, order, raw))
         return self._cells[radius]
 

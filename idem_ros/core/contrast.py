@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from idem_ros.core import se3
-from idem_ros.core.grid import neighbours
+from idem_ros.core.grid import neighbours, room_for
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import (
     entropy,
@@ -64,13 +64,13 @@ def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
 @njit(**JIT)
 def _sum_at_each(centres, own, chosen, grid, R, t, r2, scale, q, within):
     """Add q_i (Eq. 7) of those in reach at the first transform to q (K,), and 1 to within."""
-    found = np.empty(grid.points.shape[0] + 1, np.int32)
+    found, rows = room_for(grid)
     for i in chosen:
         alone = row_of(own, i)
         h = entropy(alone, scale)
         for k in range(q.shape[0]):
             x, y, z = into_frame(centres[i], R[k], t[k])
-            n = neighbours(x, y, z, grid, r2, found)
+            n = neighbours(x, y, z, grid, r2, found, rows)
             if n == 0:
                 if k == 0:
                     break

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from idem_ros.core.grid import build_grid, neighbours
+from idem_ros.core.grid import build_grid, neighbours, room_for
 from idem_ros.core.jit import JIT
 
 FEW = 8  # points for which looking at all others costs no more than sorting them into cells
@@ -56,10 +56,10 @@ def _look_at_all(queries, points, chosen, distance):
 @njit(**JIT)
 def _look_in_cells(queries, grid, r2, chosen, distance):
     """Do the same for those that have five points within sqrt(r2), themselves included."""
-    found = np.empty(grid.points.shape[0] + 1, np.int32)
+    found, rows = room_for(grid)
     for i in chosen:
         p = queries[i]
-        n = neighbours(p[0], p[1], p[2], grid, r2, found)
+        n = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
         if n >= 5:
             best = (np.inf, np.inf, np.inf, np.inf, np.inf)
             for c in range(n):

@@ -8,6 +8,7 @@ from numba import njit
 from idem_ros.core.jit import JIT
 
 CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
+MOST_ROWS = 18  # three by three of three cells each, and as many that end a period
 LEAST_BITS = 3  # eight cells along each axis: the seven around a point never coincide
 
 
@@ -98,33 +99,26 @@ def _sort_into_cells(points, cell):
 
 
 @njit(**JIT)
-def neighbours(px, py, pz, grid, r2, found):
+def room_for(grid):
+    """Return what `neighbours` writes to: indices of points (N + 1,), and rows of cells."""
+    return np.empty(grid.points.shape[0] + 1, np.int32), np.empty((MOST_ROWS, 2), np.int32)
+
+
+@njit(**JIT)
+def neighbours(px, py, pz, grid, r2, found, rows):
     """Write the indices of the grid's points within sqrt(r2) <= cell of p to found; return count.
 
-    found must hold one index more than the grid has points.
+    found and rows are of `room_for`.
     """
-    points, start, bits, cell = grid.points, grid.start, grid.bits, grid.cell
     ix, iy, iz = cell_of(px, py, pz, grid)
+    # Of a place outside the cells beside it are looked at in vain: a test for it and a return
+    # would keep the rows' loop from being unrolled, and cost four times as much everywhere.
+    ix = min(max(ix, -1), grid.extent[0])
+    iy = min(max(iy, -1), grid.extent[1])
+    iz = min(max(iz, -1), grid.extent[2])
     n = np.uint64(0)
-    if ix < -1 or iy < -1 or iz < -1:
-        return n
-    if ix > grid.extent[0] or iy > grid.extent[1] or iz > grid.extent[2]:
-        return n
-    mask_x, mask_y, mask_z = (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
-    first, last = (ix - 1) & mask_x, (ix + 1) & mask_x
-    fy, fz = py - grid.low[1] - iy * cell, pz - grid.low[2] - iz * cell
-    for oz in range(-1, 2):
-        gap_z = fz if oz < 0 else (cell - fz if oz > 0 else 0.0)
-        for oy in range(-1, 2):
-            gap_y = fy if oy < 0 else (cell - fy if oy > 0 else 0.0)
-            if gap_y * gap_y + gap_z * gap_z > r2:
-                continue
-            row = ((((iz + oz) & mask_z) << bits[1]) | ((iy + oy) & mask_y)) << bits[0]
-            begin, end = start[row + first], start[row + last + 1]
-            if first > last:  # the three cells lie across the end of the period
-                n = within(px, py, pz, points, start[row], end, r2, found, n)
-                end = start[row + mask_x + 1]
-            n = within(px, py, pz, points, begin, end, r2, found, n)
+    for k in range(rows_around((ix, iy, iz), grid, 0, rows)):
+        n = within(px, py, pz, grid.points, rows[k, 0], rows[k, 1], r2, found, n)
     return n
 
 
@@ -140,7 +134,7 @@ def cell_of(px, py, pz, grid):
 
 @njit(**JIT)
 def rows_around(cell, grid, least, rows):
-    """Write begin and end of the points around a cell, row by row, to rows (18, 2); return count.
+    """Write begin and end of the points around a cell, row by row, to rows; return count.
 
     Rows that end at or before the index least are left out.
     """

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from idem_ros.core import se3
-from idem_ros.core.grid import bounds, build_grid, cell_of, rows_around, within
+from idem_ros.core.grid import bounds, build_grid, cell_of, room_for, rows_around, within
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import TIE, entropy, plus, row_of
 
@@ -85,7 +85,7 @@ def _moments(grid, is_source, r2):
     """Return (N, 2, 10): moments about each point of the target's and the source's in its ball."""
     points = grid.points
     moments = np.zeros((len(points), 2, 10))
-    found, rows = np.empty(len(points) + 1, np.int32), np.empty((18, 2), np.int32)
+    found, rows = room_for(grid)
     last, count = (-1, -1, -1), 0
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]

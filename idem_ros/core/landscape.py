@@ -10,7 +10,7 @@ from idem_ros.core.blocks import in_threads
 from idem_ros.core.cloud import as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidTransform
-from idem_ros.core.grid import neighbours
+from idem_ros.core.grid import neighbours, room_for
 from idem_ros.core.jit import JIT
 from idem_ros.core.joint_entropy import length_unit
 from idem_ros.core.metric import checked_positive, search_radius
@@ -136,23 +136,24 @@ def _checked(transforms):
 def _evaluate(centres, others, rotations, translations, r2, scale, q, within):
     """Fill q_tot (Eq. 8) and the number of points with a neighbour across, per transform."""
     others_m = np.zeros((others.own.shape[0], 10))
-    found = np.empty(others.own.shape[0] + 1, np.int32)
+    room = room_for(others.grid)
     for k in range(rotations.shape[0]):
         R, t = rotations[k], translations[k]
         others_m[:] = 0.0
-        total, count = _of_centres(centres, others.grid, R, t, r2, scale, found, others_m)
+        total, count = _of_centres(centres, others.grid, R, t, r2, scale, room, others_m)
         total_of_others, count_of_others = _of_others(others, others_m, scale)
         q[k] = total + total_of_others
         within[k] = count + count_of_others
 
 
 @njit(**JIT)
-def _of_centres(centres, grid, R, t, r2, scale, found, others_m):
+def _of_centres(centres, grid, R, t, r2, scale, room, others_m):
     """Sum q_i of the centres, and add each pair's moments to those of its other point, too."""
+    found, rows = room
     total, count = 0.0, 0
     for i in range(centres.own.shape[0]):
         x, y, z = into_frame(centres.grid.points[i], R, t)
-        n = neighbours(x, y, z, grid, r2, found)
+        n = neighbours(x, y, z, grid, r2, found, rows)
         if n == 0:
             continue
         m = _shared_moments(x, y, z, grid.points, found, n, others_m)

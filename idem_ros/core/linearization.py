@@ -8,6 +8,7 @@ majorised at Sigma, which leaves rho k_B (1 - k_B / k) / k J^T W J as the Gauss-
 import numpy as np
 from numba import njit
 
+from idem_ros.core.ball_weights import along_thinnest, balance, bend, inverse
 from idem_ros.core.jit import JIT
 from idem_ros.core.moments import (
     MOST_WITHOUT_ENTROPY,
@@ -18,16 +19,18 @@ from idem_ros.core.moments import (
     plus,
     raw_moments,
     rotated,
-    row_of,
     unit_moments,
 )
 from idem_ros.core.se3 import adjoint_of
 
 # One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
 SUMS = 27
-BALANCED = 0.35  # of the radius, between the means of a ball's two clouds
-MOST_BEND = 2.0
 IN_ONE = np.empty(0, np.int64)  # all centres are of the first group
+# Balls are added so many at a time, each number of theirs in a row with that of the others: the
+# compiler then works on four or eight balls at once.
+TOGETHER = 128
+OWN, OTHER, ROWS = 3, 13, 23  # after the centre: moments of its own cloud, of the other
+SIX, NINE = (0.0,) * 6, (0.0,) * 9
 
 
 @njit(**JIT)
@@ -56,10 +59,11 @@ def linearize(
 
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
-    axis of every covariance. slide: leave out the pull along the surface, `_along_thinnest`; among
-    raw points each ball counts by its `_balance`. level: see `_bend`.
+    axis of every covariance. slide: leave out the pull along the surface, `along_thinnest`; among
+    raw points each ball counts by its `balance`. level: see `bend`.
     """
-    c = TWO_PI_E_CUBED / scale**6
+    size = (TWO_PI_E_CUBED / scale**6, r2, noise, slide, slide and raw.shape[0] > 0, level)
+    balls, n, g = np.empty((ROWS, TOGETHER)), np.int64(0), np.int64(0)
     for i in range(*chosen):
         if first[i] == first[i + 1]:
             continue
@@ -68,98 +72,92 @@ def linearize(
             m = raw_moments(x, y, z, points, raw, member, first[i], first[i + 1], r2)
         else:
             m = unit_moments(x, y, z, points, member, first[i], first[i + 1], r2)
-        if m[0] == 0.0:
+        if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
             continue
-        cross = rotated(R, m)
-        joint = plus(row_of(own, i), cross)
-        if joint[0] <= MOST_WITHOUT_ENTROPY:
-            continue
+        its = group[i] if group.shape[0] > 0 else 0
+        if n == TOGETHER or its != g:
+            _add(balls, n, R, size, sums[g])
+            n, g = np.int64(0), its
+        _put(balls, n, centres[i], own[i], m)
+        n += 1
+    _add(balls, n, R, size, sums[g])
+
+
+@njit(**JIT)
+def _put(balls, n, p, own, m):
+    for c in range(3):
+        balls[c, n] = p[c]
+    for c in range(10):
+        balls[OWN + c, n] = own[c]
+    k, sx, sy, sz, xx, xy, xz, yy, yz, zz = m
+    balls[13, n], balls[14, n], balls[15, n], balls[16, n] = k, sx, sy, sz
+    balls[17, n], balls[18, n], balls[19, n] = xx, xy, xz
+    balls[20, n], balls[21, n], balls[22, n] = yy, yz, zz
+
+
+@njit(**JIT)
+def _add(balls, n, R, size, sums):
+    """Add the first n balls' gradient and matrix to sums (27,)."""
+    c, r2, noise, slide, is_balanced, level = size
+    pull, vv, wv, ww = SIX, SIX, NINE, SIX
+    for i in range(np.uint64(n)):
+        cross = rotated(R, _moments_of(balls[OTHER:], i))
+        joint = plus(_moments_of(balls[OWN:], i), cross)
         xx, xy, xz, yy, yz, zz = covariance(joint)
         sigma = (xx + noise, xy, xz, yy + noise, yz, zz + noise)
         det = determinant(sigma)
         if det > 0.0:
-            rho = c * det / (1.0 + c * det)
-            w = _inverse(sigma, det)
+            w = inverse(sigma, det)
+            f = c * det / (1.0 + c * det) / joint[0]  # rho / k
             if slide:
-                w = _along_thinnest(w)
-                if raw.shape[0] > 0:
-                    rho *= _balance(joint, cross, r2)
-            g = group[i] if group.shape[0] > 0 else 0
-            bend = _bend(joint, cross) if level else 0.0
-            _add_centre(centres[i], cross, joint, w, rho, bend, g, sums)
+                w = along_thinnest(w)
+            if is_balanced:
+                f *= balance(joint, cross, r2)
+            more = bend(joint, cross) if level else 0.0
+            x, y, z = balls[0, i], balls[1, i], balls[2, i]
+            pull = _plus6(pull, _pull(x, y, z, cross, joint, w, f, more))
+            n_B = cross[0]
+            x, y, z = x + cross[1] / n_B, y + cross[2] / n_B, z + cross[3] / n_B
+            f *= n_B * (1.0 - n_B / joint[0])
+            vv = _plus6(vv, _scaled(w, f))
+            wv = _plus9(wv, _turning(x, y, z, w, f))
+            ww = _plus6(ww, _turned(x, y, z, w, f))
+    _write(sums, pull, vv, wv, ww)
 
 
 @njit(**JIT)
-def _inverse(s, det):
-    xx, xy, xz, yy, yz, zz = s
-    f = 1.0 / det
+def _moments_of(rows, i):
     return (
-        (yy * zz - yz * yz) * f,
-        (xz * yz - xy * zz) * f,
-        (xy * yz - xz * yy) * f,
-        (xx * zz - xz * xz) * f,
-        (xy * xz - xx * yz) * f,
-        (xx * yy - xy * xy) * f,
+        *(rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i]),
+        *(rows[5, i], rows[6, i], rows[7, i], rows[8, i], rows[9, i]),
     )
 
 
 @njit(**JIT)
-def _along_thinnest(w):
-    """Return W^3 / tr(W)^2: each axis of S by the square of its share of the pull.
+def _pull(px, py, pz, cross, joint, w, f, more):
+    """Return one centre's gradient (omega, v); the sums of a ball are relative to its centre p.
 
-    Along the surface the two clouds' means differ by where either happens to end or to be sampled,
-    not by a misalignment: rings of a LiDAR would draw each other together.
+    more: own points count as this much farther from the centre.
     """
-    square = _product(w, w)
-    trace = w[0] + w[3] + w[5]
-    xx, xy, xz, yy, yz, zz = _product(square, w)
-    f = 1.0 / (trace * trace)
-    return xx * f, xy * f, xz * f, yy * f, yz * f, zz * f
-
-
-@njit(**JIT)
-def _balance(joint, cross, r2):
-    """Return 1 / (1 + (d / (BALANCED r))^4) for means of the ball's two clouds that are d apart.
-
-    Far apart they are two rings, or two sides of the overlap's rim: their difference is then more
-    of the surface's shape than of a misalignment. Few points lie apart by chance, many do not.
-    """
-    n = joint[0] - cross[0]
-    x = cross[1] / cross[0] - (joint[1] - cross[1]) / n
-    y = cross[2] / cross[0] - (joint[2] - cross[2]) / n
-    z = cross[3] / cross[0] - (joint[3] - cross[3]) / n
-    apart = (x * x + y * y + z * z) / (BALANCED * BALANCED * r2)
-    return 1.0 / (1.0 + apart * apart)
-
-
-@njit(**JIT)
-def _bend(joint, cross):
-    """Return by how much more the other cloud's points spread about the centre, less 1.
-
-    A surface bends away from its tangent by as much as points spread along it: the mean of own
-    points, times this, lies that much too near. The centre is one of them, and others of an even
-    sampling keep off it. Of two samplings alike the one cloud's balls make up for the other's.
-    """
-    others = cross[4] + cross[7] + cross[9]
-    own = joint[4] + joint[7] + joint[9] - others
-    if own <= 0.0:
-        return 0.0
-    more = others / cross[0] * (joint[0] - cross[0]) / own
-    return min(max(more, 1.0 / MOST_BEND), MOST_BEND) - 1.0
-
-
-@njit(**JIT)
-def _product(a, b):
-    """Return the product of two symmetric matrices of the same axes, symmetric too."""
-    axx, axy, axz, ayy, ayz, azz = a
-    bxx, bxy, bxz, byy, byz, bzz = b
+    n, sx, sy, sz, xx, xy, xz, yy, yz, zz = cross
+    k = joint[0]
+    mx = (joint[1] + more * (joint[1] - sx)) / k
+    my = (joint[2] + more * (joint[2] - sy)) / k
+    mz = (joint[3] + more * (joint[3] - sz)) / k
+    # v: W sum(x_l - m)
+    bx, by, bz = _times(w, sx - n * mx, sy - n * my, sz - n * mz)
+    # omega: sum x_l x W (x_l - m) = p x b + sum d x W d - s x W m
+    ux, uy, uz = _times(w, mx, my, mz)
+    ax, ay, az = _times(w, xx, xy, xz)  # rows of S W
+    cx, cy, cz = _times(w, xy, yy, yz)
+    ex, ey, ez = _times(w, xz, yz, zz)
     return (
-        axx * bxx + axy * bxy + axz * bxz,
-        axx * bxy + axy * byy + axz * byz,
-        axx * bxz + axy * byz + axz * bzz,
-        axy * bxy + ayy * byy + ayz * byz,
-        axy * bxz + ayy * byz + ayz * bzz,
-        axz * bxz + ayz * byz + azz * bzz,
+        f * (py * bz - pz * by + cz - ey - (sy * uz - sz * uy)),
+        f * (pz * bx - px * bz + ex - az - (sz * ux - sx * uz)),
+        f * (px * by - py * bx + ay - cx - (sx * uy - sy * ux)),
+        f * bx,
+        f * by,
+        f * bz,
     )
 
 
@@ -170,61 +168,49 @@ def _times(w, x, y, z):
 
 
 @njit(**JIT)
-def _add_centre(p, cross, joint, w, rho, bend, g, sums):
-    """Add one centre's gradient and matrix; the sums of a ball are relative to its centre p.
-
-    bend: own points count as this much farther from the centre.
-    """
-    n, sx, sy, sz, xx, xy, xz, yy, yz, zz = cross
-    k = joint[0]
-    mx = (joint[1] + bend * (joint[1] - sx)) / k
-    my = (joint[2] + bend * (joint[2] - sy)) / k
-    mz = (joint[3] + bend * (joint[3] - sz)) / k
-    f = rho / k
-    # v: W sum(x_l - m)
-    bx, by, bz = _times(w, sx - n * mx, sy - n * my, sz - n * mz)
-    # omega: sum x_l x W (x_l - m) = p x b + sum d x W d - s x W m
-    ux, uy, uz = _times(w, mx, my, mz)
-    ax, ay, az = _times(w, xx, xy, xz)  # rows of S W
-    cx, cy, cz = _times(w, xy, yy, yz)
-    ex, ey, ez = _times(w, xz, yz, zz)
-    sums[g, 0] += f * (p[1] * bz - p[2] * by + cz - ey - (sy * uz - sz * uy))
-    sums[g, 1] += f * (p[2] * bx - p[0] * bz + ex - az - (sz * ux - sx * uz))
-    sums[g, 2] += f * (p[0] * by - p[1] * bx + ay - cx - (sx * uy - sy * ux))
-    sums[g, 3] += f * bx
-    sums[g, 4] += f * by
-    sums[g, 5] += f * bz
-    _add_matrix(p[0] + sx / n, p[1] + sy / n, p[2] + sz / n, w, f * n * (1.0 - n / k), g, sums)
+def _scaled(w, f):
+    return w[0] * f, w[1] * f, w[2] * f, w[3] * f, w[4] * f, w[5] * f
 
 
 @njit(**JIT)
-def _add_matrix(x, y, z, w, f, g, sums):
-    """Add f J^T W J, J = [-[x]_x, I]: the motion of the moving members' mean."""
-    wxx, wxy, wxz, wyy, wyz, wzz = w
-    sums[g, 6] += f * wxx
-    sums[g, 7] += f * wxy
-    sums[g, 8] += f * wxz
-    sums[g, 9] += f * wyy
-    sums[g, 10] += f * wyz
-    sums[g, 11] += f * wzz
-    a00, a01, a02 = y * wxz - z * wxy, y * wyz - z * wyy, y * wzz - z * wyz  # [x]_x W
-    a10, a11, a12 = z * wxx - x * wxz, z * wxy - x * wyz, z * wxz - x * wzz
-    a20, a21, a22 = x * wxy - y * wxx, x * wyy - y * wxy, x * wyz - y * wxz
-    sums[g, 12] += f * a00
-    sums[g, 13] += f * a01
-    sums[g, 14] += f * a02
-    sums[g, 15] += f * a10
-    sums[g, 16] += f * a11
-    sums[g, 17] += f * a12
-    sums[g, 18] += f * a20
-    sums[g, 19] += f * a21
-    sums[g, 20] += f * a22
-    sums[g, 21] += f * (a02 * y - a01 * z)  # -[x]_x W [x]_x
-    sums[g, 22] += f * (a00 * z - a02 * x)
-    sums[g, 23] += f * (a01 * x - a00 * y)
-    sums[g, 24] += f * (a10 * z - a12 * x)
-    sums[g, 25] += f * (a11 * x - a10 * y)
-    sums[g, 26] += f * (a21 * x - a20 * y)
+def _turning(x, y, z, w, f):
+    """Return f [x]_x W, of f J^T W J with J = [-[x]_x, I] for the motion of the moving mean x."""
+    xx, xy, xz, yy, yz, zz = w
+    return (
+        *(f * (y * xz - z * xy), f * (y * yz - z * yy), f * (y * zz - z * yz)),
+        *(f * (z * xx - x * xz), f * (z * xy - x * yz), f * (z * xz - x * zz)),
+        *(f * (x * xy - y * xx), f * (x * yy - y * xy), f * (x * yz - y * xz)),
+    )
+
+
+@njit(**JIT)
+def _turned(x, y, z, w, f):
+    """Return the upper half of -f [x]_x W [x]_x."""
+    a00, a01, a02, a10, a11, a12, a20, a21, _ = _turning(x, y, z, w, f)
+    return (
+        *(a02 * y - a01 * z, a00 * z - a02 * x, a01 * x - a00 * y),
+        *(a10 * z - a12 * x, a11 * x - a10 * y, a21 * x - a20 * y),
+    )
+
+
+@njit(**JIT)
+def _plus6(a, b):
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]
+
+
+@njit(**JIT)
+def _plus9(a, b):
+    return (*_plus6(a[:6], b[:6]), a[6] + b[6], a[7] + b[7], a[8] + b[8])
+
+
+@njit(**JIT)
+def _write(sums, pull, vv, wv, ww):
+    for c in range(6):
+        sums[c] += pull[c]
+        sums[6 + c] += vv[c]
+        sums[21 + c] += ww[c]
+    for c in range(9):
+        sums[12 + c] += wv[c]
 
 
 def _places():

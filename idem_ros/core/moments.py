@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from idem_ros.core.grid import neighbours
+from idem_ros.core.grid import neighbours, room_for
 from idem_ros.core.jit import JIT
 
 TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimensions
@@ -72,11 +72,11 @@ def own_moments(grid, raw, r2, scale, begin, end, stride, unit_own, raw_own, h):
     for itself.
     """
     points = grid.points
-    found = np.empty(points.shape[0] + 1, np.int32)
+    found, rows = room_for(grid)
     for i in range(begin, end):
         p = points[i * stride]
         px, py, pz = p[0], p[1], p[2]
-        n = neighbours(px, py, pz, grid, r2, found)
+        n = neighbours(px, py, pz, grid, r2, found, rows)
         if raw.shape[0] > 0:
             m, w = _both_moments(px, py, pz, points, raw, found, n)
             for c in range(10):

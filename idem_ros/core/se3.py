@@ -31,7 +31,7 @@ def checked_transform(transform, name='T_target_source'):
         raise InvalidTransform(f'{name} has shape {matrix.shape}; it must be (4, 4)')
     if not np.isfinite(matrix).all():
         raise InvalidTransform(f'{name} holds values that are not finite')
-    if not np.allclose(matrix[3], (0, 0, 0, 1), rtol=0, atol=LAST_ROW_TOLERANCE):
+    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > LAST_ROW_TOLERANCE:
         raise InvalidTransform(f'{name} has the last row {matrix[3]}; it must be 0 0 0 1')
     rotation = matrix[:3, :3]
     error = np.abs(rotation @ rotation.T - np.eye(3)).max()
