@@ -58,22 +58,60 @@ def test_the_gauge_is_zero_at_the_minimum_and_grows_towards_the_rim(clouds, trut
     assert at[1] < at[2] < 1.0 < at[3]
 
 
-def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, truth, monkeypatch):
-    prepared = stages.prepare(*clouds, RegistrationConfig())
-    away, lost = se3.translation([1.0, 0, 0]), []
+def led_astray(monkeypatch, first):
+    """Have the first stage end far off; return the list that it is noted in."""
+    away, lost = se3.exp(np.array([0, 0, 1.5, 1.0, 0, 0])), []
     minimized = stages._minimized
 
     def misled(prepared, stage, T, motions, last=False):
         joint, solution = minimized(prepared, stage, T, motions, last)
-        if stage.factor == prepared.stages[0].factor:
+        if stage.factor == first.factor:
             lost.append(stage)
             solution = solution._replace(transform=away @ solution.transform)
         return joint, solution
 
     monkeypatch.setattr(stages, '_minimized', misled)
+    return lost
+
+
+def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, truth, monkeypatch):
+    prepared = stages.prepare(*clouds, RegistrationConfig())
+    lost = led_astray(monkeypatch, prepared.stages[0])
     found = stages.descend(prepared, truth)
     assert lost
     np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
+
+
+def test_coarse_stages_that_find_no_valley_are_left_out_too(clouds, truth, monkeypatch):
+    prepared = stages.prepare(*clouds, RegistrationConfig())
+    monkeypatch.setattr(stages, 'has_strayed', lambda *_: False)
+    led_astray(monkeypatch, prepared.stages[0])
+    monkeypatch.setattr(stages, 'credibility', lambda *_: 0.9)
+    lost = stages.descend(prepared, truth)
+    assert np.abs(lost.solution.transform - truth).max() > 0.1
+    monkeypatch.setattr(stages, 'credibility', lambda *_: 0.1)
+    found = stages.descend(prepared, truth)
+    np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
+
+
+@pytest.mark.parametrize('voxel_size', [None, 0.1])
+@pytest.mark.parametrize('sure_from', [0, 1, 9])
+def test_once_sure_a_stage_among_voxels_is_left_out(
+    clouds, truth, monkeypatch, sure_from, voxel_size
+):
+    prepared = stages.prepare(*clouds, RegistrationConfig(voxel_size=voxel_size))
+    minimized, seen = stages._minimized, []
+
+    def noted(prepared, stage, *rest, **more):
+        seen.append(stage.factor)
+        return minimized(prepared, stage, *rest, **more)
+
+    monkeypatch.setattr(stages, '_minimized', noted)
+    monkeypatch.setattr(stages, 'credibility', lambda *_: 0.95 if len(seen) > sure_from else 0.8)
+    stages.descend(prepared, truth)
+    every = [stage.factor for stage in prepared.stages]
+    sure = sure_from == 0 or (sure_from == 1 and voxel_size is not None)
+    assert seen == (every[:2] + every[3:] if sure else every)
 
 
 def test_a_basin_is_left_only_by_more_than_a_radius_and_for_the_worse(clouds, truth):

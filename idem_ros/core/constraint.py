@@ -77,11 +77,18 @@ class Hold(NamedTuple):
         return self.motions[:, k] / most, (of_target[here], of_source[there - len(of_target)])
 
 
-def hold_of(joint, T_target_source, sample=SAMPLE):
+def hold_of(joint, T_target_source):
     """Return the `Hold` of a `JointEntropy`'s clouds on one another at a transform.
 
-    sample: of about so many centres of each cloud.
+    Of a sample of the centres; of all, where by the sample a motion may be free.
     """
+    hold = _hold(joint, T_target_source, SAMPLE)
+    if (hold.strength < LEAST_STRENGTH).any():
+        hold = _hold(joint, T_target_source, np.inf)
+    return hold
+
+
+def _hold(joint, T_target_source, sample):
     T, pairs = T_target_source, joint.pairs_at(T_target_source)
     back, r2 = se3.inverse(T), joint.r2
     to_source = se3.adjoint(back)
@@ -103,9 +110,12 @@ def hold_of(joint, T_target_source, sample=SAMPLE):
     noise = float(np.concatenate([v, v_there]).mean())
     mean = a.T @ b / len(x)
     strength, axes = np.linalg.eigh((mean + mean.T) / 2)
-    error = ((a @ axes) * (b @ axes)).std(axis=0) / np.sqrt(len(x))
-    known = a @ axes, (of_target, of_source)
-    return Hold(strength, error, noise, units @ axes, units, arm, *known)
+    along = a @ axes
+    products = along * (b @ axes)  # their mean is the strength
+    variance = np.einsum('ij,ij->j', products, products) / len(x) - strength**2
+    error = np.sqrt(np.maximum(variance, 0.0) / len(x))
+    centres = of_target, of_source
+    return Hold(strength, error, noise, units @ axes, units, arm, along, centres)
 
 
 def _without_surfaces(joint, T, centres):

@@ -100,7 +100,6 @@ def _descended(prepared, T):
     descent = descend(prepared, T)
     hold = hold_of(descent.joint, descent.solution.transform)
     if 0 < hold.free.sum() < 6 and config.free_motions == 'guess':
-        hold = hold_of(descent.joint, descent.solution.transform, sample=np.inf)
         descent = descend(prepared, T, hold.motions[:, ~hold.free])
     return descent, hold
 

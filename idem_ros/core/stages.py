@@ -22,7 +22,8 @@ SPACING = 0.6  # of a stage's radius: voxels of points as given; their balls hol
 COPIES = 1e-9  # of the extent: points as near as that are one
 LEAST_POINTS = 5  # a point and its four neighbours
 WIDER = 2.0  # than the first stage, where that did not find its way
-SURE = 0.9  # of the first stage's valley: every other stage after it is left out
+SURE = 0.9  # of a coarse stage's valley: after the second, the next one is left out
+DOUBT = 0.2  # of the first's and the last coarse one's: all is tried again without the first
 
 
 class Stage(NamedTuple):
@@ -51,6 +52,17 @@ class Descent(NamedTuple):
     is_late: bool  # the budget was spent before it converged
     first: JointEntropy  # of the first stage
     credibility: float  # of the valley that the coarse stages ended in; nan: not asked for
+    doubtful: bool  # neither the first nor the last coarse stage seems to have found a valley
+
+
+class Coarse(NamedTuple):
+    """Where the stages before the last one ended."""
+
+    transform: np.ndarray  # (4, 4)
+    iterations: int
+    first: JointEntropy | None  # of the first stage; None: not asked for
+    credibility: float  # of the valley that they ended in
+    doubtful: bool
 
 
 def prepare(target, source, config, ours=(False, False)):
@@ -79,7 +91,7 @@ def stay(prepared, T):
     """Return the `Descent` that leads nowhere: everything as `descend` would see it at T."""
     joint = joint_entropy(prepared, prepared.stages[-1], slide=True)
     _, matrix = joint.linearize(T)
-    return Descent(joint, Solution(T, matrix, 0, False, 0), 0, False, joint, np.nan)
+    return Descent(joint, Solution(T, matrix, 0, False, 0), 0, False, joint, np.nan, False)
 
 
 def descend(prepared, T, motions=None):
@@ -94,7 +106,8 @@ def descend(prepared, T, motions=None):
         descent = _through(prepared, stages, T, motions)
         tries.append(descent)
         end = descent.solution.transform
-        if descent.is_late or not has_strayed(descent.joint, end, T, stages[0].radius):
+        strayed = descent.doubtful or has_strayed(descent.joint, end, T, stages[0].radius)
+        if descent.is_late or not strayed:
             break
     ends = [descent.solution.transform for descent in tries]
     best = tries[best_of(descent.joint, ends)] if len(tries) > 1 else descent
@@ -113,26 +126,35 @@ def joint_entropy(prepared, stage, slide):
 
 def _through(prepared, stages, T, motions):
     *coarse, last = stages
-    iterations, joint, belief = 0, None, np.nan
-    if coarse:
-        joint, solution, belief, iterations = _first(prepared, coarse[0], T, motions)
-        T = solution.transform
-        if belief > SURE:
-            coarse = [coarse[0], *coarse[1::2]]
     said = prepared.config.assessment != 'none'
-    first = joint if said else None  # or its neighbourhoods would last as long as the solve
-    for stage in coarse[1:]:
-        if perf_counter() < prepared.deadline:
-            joint = None  # let go of before the next is made: it is a third of its size
-            joint, solution = _minimized(prepared, stage, T, motions)
-            T, iterations = solution.transform, iterations + solution.iterations
-    if said and belief <= SURE:
-        belief = credibility(joint, T, LAST)
-    joint = None
-    joint, solution = _minimized(prepared, last, T, motions, last=True)
+    way = Coarse(T, 0, None, np.nan, False)
+    if coarse:
+        way = _coarse(prepared, coarse, T, motions, said)
+    joint, solution = _minimized(prepared, last, way.transform, motions, last=True)
     is_late = perf_counter() > prepared.deadline and not solution.converged
-    iterations += solution.iterations
-    return Descent(joint, solution, iterations, is_late, first or joint, belief)
+    iterations, belief = way.iterations + solution.iterations, way.credibility if said else np.nan
+    return Descent(joint, solution, iterations, is_late, way.first or joint, belief, way.doubtful)
+
+
+def _coarse(prepared, stages, T, motions, said):
+    """Minimise from T in the stages before the last; leave out the next one where sure."""
+    first, *rest = stages
+    joint, solution, belief, iterations = _first(prepared, first, T, motions)
+    first = joint if said else None  # or its neighbourhoods would last as long as the solve
+    doubtful = belief < DOUBT
+    while rest and perf_counter() < prepared.deadline:
+        stage, *rest = rest
+        joint = None  # let go of before the next is made: it is a third of its size
+        joint, solution = _minimized(prepared, stage, solution.transform, motions)
+        iterations += solution.iterations
+        if rest and belief <= SURE and prepared.config.voxel_size is not None:
+            belief = credibility(joint, solution.transform, LAST)
+        if belief > SURE:
+            rest = rest[1:]
+    if belief <= SURE and (said or doubtful):
+        belief = credibility(joint, solution.transform, LAST)
+    doubtful = doubtful and belief < DOUBT
+    return Coarse(solution.transform, iterations, first, belief, doubtful)
 
 
 def _first(prepared, stage, T, motions):
