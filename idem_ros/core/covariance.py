@@ -19,7 +19,7 @@ REGION, LEAST_REGION = 0.27, 3.0
 SHARES = (0.9, 0.1)  # of the regions, and of those twice as wide, in the variance
 # Single points enter balls and leave them: the minimum jumps by more than the pulls there tell.
 JUMPS = 1.1  # of the variance, where points are as given
-PERIOD = 8  # regions along each axis, after which they repeat
+PERIOD = 8  # regions along each axis, after which they repeat: a power of two
 SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
@@ -126,12 +126,14 @@ def _groups(joint, T, region):
 
 @njit(**JIT)
 def _group(points, T, region):
-    group = np.zeros(points.shape[0], np.int64)
+    group, of_region = np.empty(points.shape[0], np.int64), 1.0 / region
     for i in range(points.shape[0]):
-        x, y, z = points[i]
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        number = 0
         for axis in range(2, -1, -1):
             place = T[axis, 0] * x + T[axis, 1] * y + T[axis, 2] * z + T[axis, 3]
-            group[i] = PERIOD * group[i] + np.int64(np.floor(place / region)) % PERIOD
+            number = PERIOD * number + (np.int64(np.floor(place * of_region)) & (PERIOD - 1))
+        group[i] = number
     return group
 
 
