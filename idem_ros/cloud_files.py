@@ -12,6 +12,7 @@ from idem_ros.core.exceptions import IdemError
 
 KITTI_POINT = 16  # bytes: float32 x y z intensity
 HEADER_SEARCHED = 4096
+MOST_COLUMNS = 64  # of an array of points; more are points in columns
 
 logger = logging.getLogger(__name__)
 
@@ -121,7 +122,8 @@ def _read_npy(path):
     array = np.load(path, allow_pickle=False)
     if array.dtype.names:
         return _columns(array)
-    if array.ndim != 2 or array.shape[1] < 3 or array.dtype.kind not in 'fiu':
+    points_in_rows = array.ndim == 2 and 3 <= array.shape[1] <= MOST_COLUMNS
+    if not points_in_rows or array.dtype.kind not in 'fiu':
         raise ValueError(
             f'it has shape {array.shape} and dtype {array.dtype}; it must be (N, 3), of numbers'
         )

@@ -91,6 +91,13 @@ def test_reads_npy_with_named_fields(tmp_path):
     np.testing.assert_array_equal(read_cloud(tmp_path / 'scan.npy'), [[3, 2, 1]])
 
 
+@pytest.mark.parametrize('shape', [(3, 100), (2, 2), (5,), (2, 3, 3)])
+def test_an_array_of_another_shape_is_refused(tmp_path, shape):
+    np.save(tmp_path / 'scan.npy', np.ones(shape))
+    with pytest.raises(UnreadableCloud, match=r'must be \(N, 3\)'):
+        read_cloud(tmp_path / 'scan.npy')
+
+
 def test_the_suffix_may_be_in_capitals(tmp_path):
     (tmp_path / 'SCAN.XYZ').write_text('1 2 3\n')
     assert len(read_cloud(tmp_path / 'SCAN.XYZ')) == 1

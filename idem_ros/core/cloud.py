@@ -42,6 +42,12 @@ class Cloud:
         points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
             not finite, masked, or beyond 1e12, count in `dropped` and are left out of everything.
 
+    Attributes:
+        points: (K, 3) those that are left, minus `origin`.
+        origin: (3,) the middle of the cloud.
+        finite: (N,) bool: which of those given are left.
+        dropped: how many are not.
+
     Raises:
         InvalidCloud: another shape, not numbers, or no finite point.
     """
