@@ -148,7 +148,7 @@ def linearized(target, source, r, noise, slide=False, raw=UNIT, level=False):
     around = (own.grid.points, own.raw_own, others, raw, first, member, np.eye(3), np.zeros(3))
     sums = np.zeros((1, 1, SUMS))
     size = (r**2, r, noise, slide, level)
-    linearize(*around, *size, (0, len(target), 1), IN_ONE, sums[0])
+    linearize(*around, *size, np.arange(len(target)), IN_ONE, sums[0])
     (gradient,), (matrix,) = of_both(sums, np.zeros_like(sums), np.eye(4))
     return gradient, matrix
 

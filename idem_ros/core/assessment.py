@@ -8,7 +8,7 @@ import numpy as np
 
 from idem_ros.core import joint_cloud, se3
 from idem_ros.core.basin import gauge
-from idem_ros.core.contrast import contrasts
+from idem_ros.core.contrast import contrasts_of_each
 from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.noise import quantile
@@ -86,10 +86,11 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
     if overlap == 0.0:
         reason = f'no point has a neighbour in the other cloud within {joint.radius:.3g}'
         return Assessment(Verdict.SEPARATED, 0.0, reason)
+    differences = _over_radius(joint, differences, T)
     pulls, stiffness = by_region(joint, T, hold)
     seen = {
-        'discord': _discord(joint, differences, T),
-        'contrast': _least_contrast(joint, T, hold),
+        'discord': _discord(differences),
+        'contrast': _least_contrast(joint, T, hold, differences),
         'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
     }
     meeting = min(int(np.count_nonzero(reach)) for _, reach in differences)
@@ -131,25 +132,35 @@ def too_little(target, source):
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 
-def _discord(joint, differences, T):
+def _over_radius(joint, differences, T):
+    """Return what `per_point` does of lengths over the radius, whatever was minimised."""
+    if joint.scale == joint.radius:
+        return differences
+    sides = joint.target, joint.source
+    points = (side.grid.points for side in sides)
+    found = joint_cloud.differences(*points, T, joint.radius, joint.radius)
+    return [
+        of_cells[:, np.argsort(side.order)] for side, of_cells in zip(sides, found, strict=True)
+    ]
+
+
+def _discord(differences):
     """Return the q_i (Eq. 7) that a tenth of the points that meet exceed, lengths over the radius.
 
     Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
     """
-    if joint.scale != joint.radius:
-        points = (joint.target.grid.points, joint.source.grid.points)
-        differences = joint_cloud.differences(*points, T, joint.radius, joint.radius)
     meeting = np.concatenate([q[reach > 0.0] for q, reach in differences])
     return quantile(meeting, TENTH)
 
 
-def _least_contrast(joint, T, hold):
+def _least_contrast(joint, T, hold, differences):
     """Return the least rise of q_mean where surfaces that hold a motion move by a radius."""
-    rises = []
-    for k in np.flatnonzero(~hold.free):
-        motion, holders = hold.held_by(k)
-        rises.append(contrasts(joint, T, motion[:, None], holders, HOLDERS).min())
-    return float(min(rises, default=0.0))
+    held = [hold.held_by(k) for k in np.flatnonzero(~hold.free)]
+    if not held:
+        return 0.0
+    motions, holders = zip(*held, strict=True)
+    q = [q for q, _ in differences]
+    return float(contrasts_of_each(joint, T, np.transpose(motions), holders, q, HOLDERS).min())
 
 
 def _step(hold, gradient, matrix):

@@ -51,15 +51,7 @@ class Hold(NamedTuple):
     # (balls, 6): how far each motion moves the surface in a ball along its normal
     along: np.ndarray
     centres: tuple[np.ndarray, np.ndarray]  # which of the target's and the source's the balls are
-
-    @property
-    def free(self):
-        """(6,) bool: the motions that nothing holds but chance or noise, as far as balls tell."""
-        if 0 < len(self.along) < LEAST_BALLS:
-            return np.zeros(6, bool)
-        by_chance = np.maximum(CHANCE * self.error, max(NOISE * self.noise, ROUNDING))
-        too_loose = self.strength + CHANCE * self.error < LEAST_STRENGTH
-        return (self.strength < by_chance) & too_loose
+    free: np.ndarray  # (6,) bool: which nothing holds but chance or noise, as far as balls tell
 
     def held_by(self, k):
         """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
@@ -73,8 +65,9 @@ class Hold(NamedTuple):
             return self.motions[:, k], tuple(some[:0] for some in self.centres)
         of_target, of_source = self.centres
         hold = np.flatnonzero(along > HOLDING * most)
-        here, there = np.split(hold, [np.searchsorted(hold, len(of_target))])
-        return self.motions[:, k] / most, (of_target[here], of_source[there - len(of_target)])
+        n = int(np.searchsorted(hold, len(of_target)))
+        holders = of_target[hold[:n]], of_source[hold[n:] - len(of_target)]
+        return self.motions[:, k] / most, holders
 
 
 def hold_of(joint, T_target_source):
@@ -114,8 +107,17 @@ def _hold(joint, T_target_source, sample):
     products = along * (b @ axes)  # their mean is the strength
     variance = np.einsum('ij,ij->j', products, products) / len(x) - strength**2
     error = np.sqrt(np.maximum(variance, 0.0) / len(x))
+    free = _free(strength, error, noise, len(x))
     centres = of_target, of_source
-    return Hold(strength, error, noise, units @ axes, units, arm, along, centres)
+    return Hold(strength, error, noise, units @ axes, units, arm, along, centres, free)
+
+
+def _free(strength, error, noise, balls):
+    if 0 < balls < LEAST_BALLS:
+        return np.zeros(6, bool)
+    by_chance = np.maximum(CHANCE * error, max(NOISE * noise, ROUNDING))
+    too_loose = strength + CHANCE * error < LEAST_STRENGTH
+    return (strength < by_chance) & too_loose
 
 
 def _without_surfaces(joint, T, centres):
@@ -125,7 +127,9 @@ def _without_surfaces(joint, T, centres):
     _, matrix = joint.linearize(T)
     stiffness, axes = np.linalg.eigh(units.T @ matrix @ units)
     strength = stiffness / stiffness[-1] if stiffness[-1] > 0.0 else np.ones(6)
-    return Hold(strength, np.zeros(6), 0.0, units @ axes, units, arm, np.empty((0, 6)), centres)
+    error, along = np.zeros(6), np.empty((0, 6))
+    free = _free(strength, error, 0.0, 0)
+    return Hold(strength, error, 0.0, units @ axes, units, arm, along, centres, free)
 
 
 def unit_motions(pivot, turns):
@@ -175,8 +179,7 @@ def _planes(centres, others, candidates, T, r2, sample):
     a, b, x, v = np.empty((most, 6)), np.empty((most, 6)), np.empty((most, 3)), np.empty(most)
     chosen = np.empty(most, np.int64)
     own = (centres.grid.points, centres.raw_own)
-    R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
-    around = (others.grid.points, others.raw, *candidates, R, t)
+    around = (others.grid.points, others.raw, *candidates, *se3.rotation_and_translation(T))
     n = _fill_planes(*own, *around, r2, stride, a, b, x, v, chosen)
     return a[:n], b[:n], x[:n], v[:n], chosen[:n]
 

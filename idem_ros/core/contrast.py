@@ -16,6 +16,7 @@ from idem_ros.core.moments import (
 )
 
 SAMPLE = 128  # centres of each cloud, about
+NOTHING = np.empty(0)
 
 
 def contrasts(joint, T_target_source, motions, chosen, sample):
@@ -30,11 +31,34 @@ def contrasts(joint, T_target_source, motions, chosen, sample):
         chosen: indices of centres of the target, and of the source.
         sample: how many of each, about, are taken.
     """
-    places = [T_target_source]
-    for motion in joint.radius * motions.T:
-        places += [se3.exp(motion) @ T_target_source, se3.exp(-motion) @ T_target_source]
-    q, within = sums_at_each(joint, np.array(places), chosen, sample)
+    places = _around(T_target_source, joint.radius * motions)
+    q, within = sums_at_each(joint, places, chosen, sample)
     return (q[1:] - q[0]) / within[0] if within[0] else np.zeros(len(q) - 1)
+
+
+def contrasts_of_each(joint, T_target_source, motions, holders, differences, sample):
+    """Return (k, 2): the same of each motion, of centres of its own that have a neighbour.
+
+    Args:
+        holders: for each motion, indices of such centres of the target, and of the source.
+        differences: q_i at the pose, lengths over the radius, of the target's points and of the
+            source's.
+    """
+    places = [_around(T_target_source, joint.radius * motion[:, None])[1:] for motion in motions.T]
+    chosen = [[_sampled(some, sample) for some in pair] for pair in holders]
+    orders = joint.target.order, joint.source.order
+    there = [q[order] for q, order in zip(differences, orders, strict=True)]
+    rises, _ = _sums(joint, np.array(places), chosen, there)
+    count = np.array([sum(map(len, pair)) for pair in chosen])
+    return rises / np.maximum(count, 1)[:, None]
+
+
+def _around(T, motions):
+    """Return (2 k + 1, 4, 4): a pose, and those after each of (6, k) motions, forth and back."""
+    places = [T]
+    for motion in motions.T:
+        places += [se3.exp(motion) @ T, se3.exp(-motion) @ T]
+    return np.array(places)
 
 
 def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
@@ -50,31 +74,54 @@ def sums_at_each(joint, transforms, chosen, sample=SAMPLE):
         chosen: indices of centres of the target, and of the source.
         sample: how many of each, about, are taken.
     """
-    sides = ((joint.target, joint.source), (joint.source, joint.target))
-    backs = se3.inverses(np.ascontiguousarray(transforms))
-    q, within = np.zeros((2, len(transforms)))
-    for (centres, others), at, some in zip(sides, (transforms, backs), chosen, strict=True):
-        some = some[:: max(len(some) // sample, 1)]
+    chosen = [_sampled(some, sample) for some in chosen]
+    q, within = _sums(joint, transforms[None], [chosen])
+    return q[0], within[0]
+
+
+def _sampled(some, sample):
+    return some[:: max(round(len(some) / sample), 1)]
+
+
+def _sums(joint, transforms, chosen, less=(NOTHING, NOTHING)):
+    """Return the same (G, K) for groups of transforms (G, K, 4, 4), each with its own centres.
+
+    less: what is taken off the q_i of each of the target's centres, and of the source's; the
+        chosen are then taken to be in reach. Nothing: only those in reach at the first transform.
+    """
+    groups, count = transforms.shape[:2]
+    flat = np.ascontiguousarray(transforms).reshape(-1, 4, 4)
+    sides = ((joint.target, joint.source, flat), (joint.source, joint.target, se3.inverses(flat)))
+    q, within = np.zeros((2, groups, count))
+    for (centres, others, at), some, off in zip(
+        sides, zip(*chosen, strict=True), less, strict=True
+    ):
+        ends = np.cumsum([0, *map(len, some)])
         own = (centres.grid.points, centres.unit_own)
-        R, t = np.ascontiguousarray(at[:, :3, :3]), np.ascontiguousarray(at[:, :3, 3])
-        _sum_at_each(*own, some, others.grid, R, t, joint.r2, joint.radius, q, within)
+        R = at[:, :3, :3].reshape(groups, count, 3, 3)
+        t = at[:, :3, 3].reshape(groups, count, 3)
+        what = (joint.r2, joint.radius, off, q, within)
+        _sum_at_each(*own, np.concatenate(some), ends, others.grid, R, t, *what)
     return q, within
 
 
 @njit(**JIT)
-def _sum_at_each(centres, own, chosen, grid, R, t, r2, scale, q, within):
-    """Add q_i (Eq. 7) of those in reach at the first transform to q (K,), and 1 to within."""
+def _sum_at_each(centres, own, chosen, ends, grid, R, t, r2, scale, less, q, within):
+    """Add q_i (Eq. 7) at each of a group's transforms to q, and 1 to within."""
     found, rows = room_for(grid)
-    for i in chosen:
-        alone = row_of(own, i)
-        h = entropy(alone, scale)
-        for k in range(q.shape[0]):
-            x, y, z = into_frame(centres[i], R[k], t[k])
-            n = neighbours(x, y, z, grid, r2, found, rows)
-            if n == 0:
-                if k == 0:
-                    break
-                continue
-            m = unit_moments(x, y, z, grid.points, found, 0, n, r2)
-            q[k] += entropy(plus(alone, rotated(R[k], m)), scale) - h
-            within[k] += 1.0
+    for g in range(q.shape[0]):
+        for i in chosen[ends[g] : ends[g + 1]]:
+            alone = row_of(own, i)
+            h = entropy(alone, scale)
+            for k in range(q.shape[1]):
+                x, y, z = into_frame(centres[i], R[g, k], t[g, k])
+                n = neighbours(x, y, z, grid, r2, found, rows)
+                if less.shape[0] > 0:
+                    q[g, k] -= less[i]
+                if n == 0:
+                    if less.shape[0] == 0 and k == 0:
+                        break
+                    continue
+                m = unit_moments(x, y, z, grid.points, found, 0, n, r2)
+                q[g, k] += entropy(plus(alone, rotated(R[g, k], m)), scale) - h
+                within[g, k] += 1.0

@@ -29,9 +29,12 @@ FLOOR = 1e-4  # of the radius: where the solver stops
 
 def by_region(joint, T_target_source, hold):
     """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions, x fastest."""
-    pairs = joint.pairs_at(T_target_source)
     edge = max(REGION * hold.arm, LEAST_REGION * joint.radius)
-    return _by_region(joint, pairs, T_target_source, edge)
+    here = _group(joint.target.grid.points, np.eye(4), edge)
+    there = _group(joint.source.grid.points, np.ascontiguousarray(T_target_source), edge)
+    in_turn = [_in_turn(group) for group in (here, there)]
+    pairs = joint.pairs_at(T_target_source)
+    return _linearized(joint, pairs, T_target_source, in_turn, (here, there))
 
 
 def covariance_of(joint, T_target_source, hold, pulls, stiffness):
@@ -49,8 +52,9 @@ def covariance_of(joint, T_target_source, hold, pulls, stiffness):
     # In these motions the whole stiffness, and then the curvature, are the identity.
     firm = held @ axes
     roots = firm / np.sqrt(part)
-    scatter = SHARES[0] * _scatter(pulls, stiffness, firm, roots)
-    scatter += SHARES[1] * _scatter(_wider(pulls), _wider(stiffness), firm, roots)
+    small, wide = np.sqrt(SHARES)
+    pulls = np.concatenate([small * pulls, wide * _wider(pulls)])
+    scatter = _scatter(pulls, np.concatenate([stiffness, _wider(stiffness)]), firm, roots)
     if not (len(joint.target.raw) and len(joint.source.raw)):
         scatter *= JUMPS
     units = hold.motions[:, ~hold.free]
@@ -68,8 +72,19 @@ def _scatter(pulls, stiffness, firm, roots):
 
 def _wider(of_regions):
     """Sum over cubes of eight regions: PERIOD is even, so that they repeat with it."""
-    shape = of_regions.shape[1:]
-    return of_regions.reshape(3 * (PERIOD // 2, 2) + shape).sum(axis=(1, 3, 5)).reshape(-1, *shape)
+    sums = _sums_of_cubes(of_regions.reshape(PERIOD**3, -1))
+    return sums.reshape(-1, *of_regions.shape[1:])
+
+
+@njit(**JIT)
+def _sums_of_cubes(of_regions):
+    half = PERIOD // 2
+    sums = np.zeros((half**3, of_regions.shape[1]))
+    for g in range(of_regions.shape[0]):
+        x, y, z = g % PERIOD // 2, g // PERIOD % PERIOD // 2, g // PERIOD**2 // 2
+        for c in range(of_regions.shape[1]):
+            sums[(z * half + y) * half + x, c] += of_regions[g, c]
+    return sums
 
 
 def _firm_and_loose(hold, matrix):
@@ -89,39 +104,71 @@ def _curvature(joint, T, held, hold):
     moved = np.linalg.norm(np.linalg.solve(hold.units, held), axis=0)
     steps = STEP * joint.radius / moved
     pairs = joint.pairs_at(T)
-    stride = max(min(len(joint.target.order), len(joint.source.order)) // SAMPLE, 1)
-    pull, stiffness = _by_region(joint, pairs, T, None, stride)
-    change = [
-        (_by_region(joint, pairs, se3.exp(step * motion) @ T, None, stride)[0] - pull)[0] / step
-        for step, motion in zip(steps, held.T, strict=True)
-    ]
-    sampled = held.T @ stiffness[0] @ held
-    if np.linalg.matrix_rank(sampled) < len(sampled):  # it met no surface that holds them all
+    sizes = [len(side.order) for side in (joint.target, joint.source)]
+    some = [np.arange(0, size, max(min(sizes) // SAMPLE, 1)) for size in sizes]
+    places = np.array([T, *(se3.exp(move) @ T for move in (steps * held).T)])
+    (pull, *others), (stiffness, *_) = _at_each(joint, pairs, places, some)
+    change = (np.reshape(others, (-1, 6)) - pull) / steps[:, None]
+    sampled = held.T @ stiffness @ held
+    firmness = np.linalg.eigvalsh(sampled)
+    if (firmness <= LEAST_STIFFNESS * firmness.max(initial=0.0)).any():  # it met not all surfaces
         return np.ones(len(sampled)), np.eye(len(sampled))
-    found = np.linalg.solve(sampled, np.array(change).reshape(-1, 6) @ held)
+    found = np.linalg.solve(sampled, change @ held)
     part, axes = np.linalg.eigh((found + found.T) / 2)
     return np.clip(part, LEAST_CURVATURE, MOST_CURVATURE), axes
 
 
-def _by_region(joint, pairs, T, region, stride=1):
-    """Return gradient (G, 6) and Gauss-Newton matrix (G, 6, 6) of each region, zeros for none.
+def _linearized(joint, pairs, T, chosen, groups):
+    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of groups of centres.
 
-    region: edge; None: all is one.
+    chosen: indices of the target's centres, and of the source's; groups: which one each is in.
     """
-    here, there = np.zeros((2, 1, 1 if region is None else PERIOD**3, SUMS))
-    back = se3.inverse(T)
-    groups = _groups(joint, T, region)
-    _sum(joint, (joint.target, joint.source), pairs.of_target, T, groups[0], stride, here[0])
-    _sum(joint, (joint.source, joint.target), pairs.of_source, back, groups[1], stride, there[0])
-    return of_both(here, there, back)
+    here, there = np.zeros((2, 1, PERIOD**3, SUMS))
+    sides = _sides(joint, pairs, T[None])
+    for (around, R, t), *what in zip(sides, chosen, groups, (here[0], there[0]), strict=True):
+        linearize(*around, R[0], t[0], *joint.size, *what)
+    return of_both(here, there, se3.inverse(T))
 
 
-def _groups(joint, T, region):
-    """Return the number of each centre's region, of the target's and of the source's."""
-    if region is None:
-        return IN_ONE, IN_ONE
-    here = _group(joint.target.grid.points, np.eye(4), region)
-    return here, _group(joint.source.grid.points, np.ascontiguousarray(T), region)
+def _at_each(joint, pairs, transforms, chosen):
+    """Return gradients (K, 6) and Gauss-Newton matrices (K, 6, 6) of some centres, at each."""
+    here, there = np.zeros((2, len(transforms), 1, SUMS))
+    sides = _sides(joint, pairs, transforms)
+    for (around, R, t), some, sums in zip(sides, chosen, (here, there), strict=True):
+        _linearize_at_each(*around, R, t, joint.size, some, sums)
+    return _of_each(here, there, se3.inverses(transforms))
+
+
+def _sides(joint, pairs, transforms):
+    """Return what `linearize` takes before and in place of R and t, of target and source."""
+    sides = (
+        (joint.target, joint.source, pairs.of_target, transforms),
+        (joint.source, joint.target, pairs.of_source, se3.inverses(transforms)),
+    )
+    return [
+        (
+            (own.grid.points, own.raw_own, others.grid.points, others.raw, *candidates),
+            np.ascontiguousarray(at[:, :3, :3]),
+            np.ascontiguousarray(at[:, :3, 3]),
+        )
+        for own, others, candidates, at in sides
+    ]
+
+
+@njit(**JIT)
+def _linearize_at_each(centres, own, points, raw, first, member, R, t, size, chosen, sums):
+    for k in range(R.shape[0]):
+        around = (centres, own, points, raw, first, member, R[k], t[k])
+        linearize(*around, *size, chosen, IN_ONE, sums[k])
+
+
+@njit(**JIT)
+def _of_each(here, there, backs):
+    pulls, stiffness = np.empty((backs.shape[0], 6)), np.empty((backs.shape[0], 6, 6))
+    for k in range(backs.shape[0]):
+        pull, matrix = of_both(here[k : k + 1], there[k : k + 1], backs[k])
+        pulls[k], stiffness[k] = pull[0], matrix[0]
+    return pulls, stiffness
 
 
 @njit(**JIT)
@@ -137,10 +184,15 @@ def _group(points, T, region):
     return group
 
 
-def _sum(joint, clouds, candidates, T, group, stride, sums):
-    """Add the linearisation around every stride-th centre to the row of its group."""
-    centres, others = clouds
-    R, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3].copy()
-    around = (others.grid.points, others.raw, *candidates, R, t)
-    chosen = (0, len(centres.order), stride)
-    linearize(centres.grid.points, centres.raw_own, *around, *joint.size, chosen, group, sums)
+@njit(**JIT)
+def _in_turn(group):
+    """Return the indices of centres, one group's after another's."""
+    start, order = np.zeros(PERIOD**3 + 1, np.int64), np.empty(group.shape[0], np.int64)
+    for g in group:
+        start[g + 1] += 1
+    for g in range(PERIOD**3):
+        start[g + 1] += start[g]
+    for i in range(group.shape[0]):
+        order[start[group[i]]] = i
+        start[group[i]] += 1
+    return order

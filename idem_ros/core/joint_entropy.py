@@ -38,6 +38,10 @@ class JointEntropy:
         self.target, self.source = neighbourhoods([target, source], radius, self.scale, threads)
         level = slide and not _are_alike(self.target, self.source, self.r2)
         self.size = (self.r2, self.scale, self.noise, slide, level)
+        self.blocks = [
+            [np.arange(*span) for span in spans(len(own.order))]
+            for own in (self.target, self.source)
+        ]
         self.pairs = None
         self.threads = threads
 
@@ -57,8 +61,11 @@ class JointEntropy:
         """Return gradient (6,) and Gauss-Newton matrix (6, 6) for a twist on the left."""
         pairs = self.pairs_at(T_target_source)
         T_source_target = se3.inverse(T_target_source)
-        here, of_target = self._blocks(self.target, self.source, pairs.of_target, T_target_source)
-        there, of_source = self._blocks(self.source, self.target, pairs.of_source, T_source_target)
+        sides = (
+            (self.blocks[0], self.target, self.source, pairs.of_target, T_target_source),
+            (self.blocks[1], self.source, self.target, pairs.of_source, T_source_target),
+        )
+        (here, of_target), (there, of_source) = (self._linearize(*side) for side in sides)
         in_threads(self.threads, lambda block: block(), of_target + of_source)
         (gradient,), (matrix,) = of_both(here, there, T_source_target)
         return gradient, matrix
@@ -75,7 +82,7 @@ class JointEntropy:
         n = len(centres.order)
         sorted_q, sorted_reach, q, reach = np.empty((4, n))
         own = (centres.grid.points, centres.unit_own, centres.entropy)
-        around = (others.grid.points, *candidates, *_rotation_and_translation(T))
+        around = (others.grid.points, *candidates, *se3.rotation_and_translation(T))
 
         def fill(begin, end):
             """Fill q_i and the points in reach of a block of centres."""
@@ -86,14 +93,13 @@ class JointEntropy:
         q[centres.order], reach[centres.order] = sorted_q, sorted_reach
         return q, reach
 
-    def _blocks(self, centres, others, candidates, T):
+    def _linearize(self, blocks, centres, others, candidates, T):
         """Return sums (blocks, 1, 27) to be filled, and what fills those of each block."""
         own = (centres.grid.points, centres.raw_own)
-        around = (others.grid.points, others.raw, *candidates, *_rotation_and_translation(T))
-        blocks = spans(len(centres.order))
+        around = (others.grid.points, others.raw, *candidates, *se3.rotation_and_translation(T))
         sums = np.zeros((len(blocks), 1, SUMS))
         return sums, [
-            partial(linearize, *own, *around, *self.size, (*block, 1), IN_ONE, of_block)
+            partial(linearize, *own, *around, *self.size, block, IN_ONE, of_block)
             for block, of_block in zip(blocks, sums, strict=True)
         ]
 
@@ -107,10 +113,6 @@ def _are_alike(target, source, r2):
         own = own[own[:, 0] > 1.0]
         spreads.append(np.mean((own[:, 4] + own[:, 7] + own[:, 9]) / own[:, 0]) if len(own) else 0)
     return bool(abs(spreads[0] - spreads[1]) <= ALIKE * r2)
-
-
-def _rotation_and_translation(transform):
-    return np.ascontiguousarray(transform[:3, :3]), transform[:3, 3].copy()
 
 
 def length_unit(length_scale, radius):

@@ -52,10 +52,10 @@ def linearize(
     group,
     sums,
 ):
-    """Add gradient and Gauss-Newton matrix over centres begin, begin + stride, ... < end to sums.
+    """Add gradient and Gauss-Newton matrix over the chosen centres to sums.
 
-    chosen: (begin, end, stride). sums (G, 27): of each group; group (N,): which one each centre is
-    in, or (0,): all are in the first.
+    chosen (K,): their indices. sums (G, 27): of each group; group (N,): which one each centre is
+    in, or (0,): all are in the first. The fewer times it changes along the chosen, the faster.
 
     The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
     candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
@@ -64,7 +64,7 @@ def linearize(
     """
     size = (TWO_PI_E_CUBED / scale**6, r2, noise, slide, slide and raw.shape[0] > 0, level)
     balls, n, g = np.empty((ROWS, TOGETHER)), np.int64(0), np.int64(0)
-    for i in range(*chosen):
+    for i in chosen:
         if first[i] == first[i + 1]:
             continue
         x, y, z = into_frame(centres[i], R, t)

@@ -45,8 +45,9 @@ def quantile(values, share):
     """Return what `np.quantile` does, a hundred microseconds sooner."""
     at = share * (len(values) - 1)
     low = int(at)
-    below, above = np.sort(values)[[low, min(low + 1, len(values) - 1)]]
-    return float(below + (at - low) * (above - below))
+    next_ = min(low + 1, len(values) - 1)
+    in_place = np.partition(values, (low, next_))
+    return float(in_place[low] + (at - low) * (in_place[next_] - in_place[low]))
 
 
 @njit(**JIT)

@@ -76,6 +76,11 @@ def transform_points(transform, points):
     return points @ transform[:3, :3].T + transform[:3, 3]
 
 
+def rotation_and_translation(transform):
+    """Return R (3, 3) and t (3,) of a (4, 4) transform as kernels take them: contiguous."""
+    return np.ascontiguousarray(transform[:3, :3]), transform[:3, 3].copy()
+
+
 def translation(t):
     """Return the (4, 4) motion by t, (3,)."""
     result = np.eye(4)

@@ -17,10 +17,10 @@ def free_in_words(hold, R_target_source):
     Returns:
         A phrase; empty where none is free.
     """
+    if not hold.free.any():
+        return ''
     scaled = np.linalg.solve(hold.units, hold.motions[:, hold.free])
     turns, moves = scaled[:3], scaled[3:]
-    if not scaled.size:
-        return ''
     _, share, mixed = np.linalg.svd(turns)
     share = np.pad(share, (0, len(mixed) - len(share)))
     is_turn = share > MOSTLY_TURN
