@@ -94,6 +94,26 @@ def test_coarse_stages_that_find_no_valley_are_left_out_too(clouds, truth, monke
     np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
 
 
+def test_a_last_stage_that_circles_is_tried_again_too(clouds, truth, monkeypatch):
+    prepared = stages.prepare(*clouds, RegistrationConfig())
+    monkeypatch.setattr(stages, 'has_strayed', lambda *_: False)
+    monkeypatch.setattr(stages, 'credibility', lambda *_: 0.8)
+    lost = led_astray(monkeypatch, prepared.stages[0])
+    minimized = stages._minimized
+
+    def circling(prepared, stage, T, motions, last=False):
+        joint, solution = minimized(prepared, stage, T, motions, last)
+        if last and len(lost) == 1:
+            lost.append(stage)
+            solution = solution._replace(converged=False, iterations=50)
+        return joint, solution
+
+    monkeypatch.setattr(stages, '_minimized', circling)
+    found = stages.descend(prepared, truth)
+    assert len(lost) == 2
+    np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
+
+
 @pytest.mark.parametrize('voxel_size', [None, 0.1])
 @pytest.mark.parametrize('sure_from', [0, 1, 9])
 def test_once_sure_a_stage_among_voxels_is_left_out(

@@ -13,7 +13,7 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.joint_entropy import JointEntropy
 from idem_ros.core.noise import widening
 from idem_ros.core.radii import rounded, stage_radii, widest_useful
-from idem_ros.core.solver import Solution, minimize_on_se3
+from idem_ros.core.solver import PATIENCE, Solution, minimize_on_se3
 
 EASE = 50.0  # of the tolerances before the last stage, which need only reach the next one's basin
 CROWDED = 250.0  # points in a cell: from here on their voxels are as good, and much faster
@@ -106,8 +106,9 @@ def descend(prepared, T, motions=None):
         descent = _through(prepared, stages, T, motions)
         tries.append(descent)
         end = descent.solution.transform
-        strayed = descent.doubtful or has_strayed(descent.joint, end, T, stages[0].radius)
-        if descent.is_late or not strayed:
+        circles = not descent.solution.converged and descent.solution.iterations > PATIENCE
+        lost = descent.doubtful or circles
+        if descent.is_late or not (lost or has_strayed(descent.joint, end, T, stages[0].radius)):
             break
     ends = [descent.solution.transform for descent in tries]
     best = tries[best_of(descent.joint, ends)] if len(tries) > 1 else descent
