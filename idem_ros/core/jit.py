@@ -29,7 +29,7 @@ class _Teller(event.Listener):
         module = event.data['dispatcher'].py_func.__module__
         if not self.has_told and module.startswith(PACKAGE):
             self.has_told = True
-            logging.getLogger(PACKAGE).warning('compiling kernels: once, some ten seconds')
+            logging.getLogger(PACKAGE).warning('compiling kernels: once, about half a minute')
 
     def on_end(self, event):
         """Do nothing: the first result tells."""
