@@ -1,7 +1,7 @@
 """How well real scans determine their poses: registrations around a ring of three should close.
 
-No truth is needed. What is left over is the scans' own: their distortion, and what each pair
-happens to share. No method can be told right or wrong by less.
+So should one pair's at two voxel sizes. No truth is needed. What is left over is the scans' own,
+their distortion and what each pair happens to share. No method can be told right or wrong by less.
 """
 
 from dataclasses import dataclass
@@ -19,10 +19,10 @@ RINGS = (('000', '045', '315'), ('000', '045', '090'))  # scans of the bunny
 
 @dataclass(frozen=True)
 class Ring:
-    """Three scans, and by how much each method's three registrations fail to close.
+    """Scans, and by how much each method's registrations of them fail to close.
 
     Attributes:
-        name: of the scans, and their voxels.
+        name: of the scans, and their voxels: three scans at one size, or a pair at two.
         gaps: method -> (rotation [deg], translation [m]), of a peer at the setting that closes
             best by rotation.
     """
@@ -32,7 +32,7 @@ class Ring:
 
 
 def measure_rings(config, settings, quick=False, progress=lambda rings: rings):
-    """Return `Ring`s of the bunny at each voxel size; none without its scans.
+    """Return `Ring`s of the bunny at each voxel size, and of small_gicp's pair; none without them.
 
     Args:
         config: `RegistrationConfig` of IDEM.
@@ -42,13 +42,20 @@ def measure_rings(config, settings, quick=False, progress=lambda rings: rings):
     """
     pairs = dict(real_pairs())
     sizes = sorted({name.split()[2] for name in pairs if name.startswith('bunny')}, key=int)
+    rings = {
+        f'bunny {a}-{b}-{c} {size} mm': [
+            f'bunny {x} {size} mm' for x in (f'{a}-{b}', f'{b}-{c}', f'{a}-{c}')
+        ]
+        for size in (sizes[-1:] if quick else sizes)
+        for a, b, c in RINGS
+    }
+    both = [name for name in pairs if name.startswith('small_gicp')]
+    if both and not quick:
+        rings[' and '.join(both).replace(' mm and small_gicp', ' and')] = both
     found = []
-    sizes = sizes[-1:] if quick else sizes
-    for size, ring in progress([(size, ring) for size in sizes for ring in RINGS]):
-        a, b, c = ring
-        names = [f'bunny {x}-{y} {size} mm' for x, y in ((a, b), (b, c), (a, c))]
-        cases = [real_case(name, *pairs[name]) for name in names]
-        found.append(Ring(f'bunny {"-".join(ring)} {size} mm', _gaps(cases, config, settings)))
+    for name, names in progress(rings.items()):
+        cases = [real_case(each, *pairs[each]) for each in names]
+        found.append(Ring(name, _gaps(cases, config, settings)))
     return found
 
 
@@ -78,7 +85,8 @@ def _gaps(cases, config, settings):
     return gaps
 
 
-def closing(T_ab, T_bc, T_ac):
-    """Return by how much a way of two registrations differs from the third, [deg] and length."""
-    off = reduce(np.matmul, (T_ab, T_bc, se3.inverse(T_ac)))
+def closing(*transforms):
+    """Return by how much a way of registrations differs from the last one, [deg] and length."""
+    *way, across = transforms
+    off = reduce(np.matmul, (*way, se3.inverse(across)))
     return float(np.rad2deg(se3.rotation_angle(off))), float(np.linalg.norm(off[:3, 3]))

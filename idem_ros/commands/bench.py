@@ -9,9 +9,9 @@ from idem_ros.commands.options import add_config_options, config_from
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 
 RINGS = """\
-Three registrations around a ring of scans should close; by how much they do not is what the scans
-themselves leave open, whatever their truth. From the truth; each peer at the setting that closes
-the ring best."""
+Three registrations around a ring of scans should close, and those of one pair at two voxel sizes
+agree; by how much they do not is what the scans themselves leave open, whatever their truth.
+From the truth; each peer at the setting that closes best."""
 
 
 def add_parser(subparsers):
@@ -131,7 +131,7 @@ def _rings(args):
     small_gicp()
     rings = measure_rings(config, [*_tried(args)], args.quick, _progress)
     if not rings:
-        raise UsageError(f"the bunny's scans are not in {SHARED}")
+        raise UsageError(f"neither the bunny's scans nor small_gicp's are in {SHARED}")
     text = f'## Rings\n\n{RINGS}\n\n{rings_table(rings)}'
     _write(args, {'rings': [asdict(ring) for ring in rings]}, text)
     print(text)
