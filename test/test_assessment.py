@@ -201,6 +201,23 @@ def test_no_assessment_is_made_where_none_is_asked_for(pair):
     )
 
 
+@pytest.mark.parametrize(('apart', 'beams'), [(0.4, 3000), (0.05, 375)])
+def test_rings_that_lie_apart_are_not_taken_for_surfaces(rng, apart, beams):
+    """They slide along walls: such scans fit each other anywhere."""
+
+    def scan(x):
+        around = np.linspace(1e-3, 2 * np.pi, beams, endpoint=False)
+        ways = np.stack([np.cos(around), np.sin(around)], -1)
+        reach = np.min(np.abs((np.where(ways > 0, 4.0, -4.0) - [x, 0]) / ways), axis=1)
+        heights = np.arange(-1.0, 1.0, apart)
+        rings = [np.c_[reach[:, None] * ways, np.full(beams, height)] for height in heights]
+        return np.vstack(rings) + 0.001 * rng.normal(size=(len(heights) * beams, 3))
+
+    said = register(scan(0.0), scan(0.3)).assessment
+    assert np.isnan(said.p_aligned) == (apart == 0.4)
+    assert ('lines, as rings of a LiDAR' in said.reason) == (apart == 0.4)
+
+
 def test_a_spent_budget_ends_with_the_best_so_far(rng, pair):
     target, source, truth = pair
     guess = motion(rng, 3.0, 0.05) @ truth

@@ -11,7 +11,7 @@ from idem_ros.core.basin import gauge
 from idem_ros.core.contrast import contrasts_of_each
 from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.joint_entropy import JointEntropy
-from idem_ros.core.noise import quantile
+from idem_ros.core.noise import quantile, share_of_sheets
 from idem_ros.core.solver import newton_step
 from idem_ros.core.stages import LEAST_POINTS, descend
 from idem_ros.core.status import Status
@@ -22,6 +22,8 @@ ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
 LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of the clouds
 CREDIBLE = 0.5
 LEAST_MEETING = 100  # points of each cloud: fewer agree at many poses, by chance
+# Scans of LiDARs as given have 0.5 and more, at voxels 0.7; where rings lie apart, below 0.2.
+LEAST_SHEETS = 1 / 3
 NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
 TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
 HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
@@ -95,13 +97,14 @@ def judged(joint, differences, T, hold, overlap, origin, solve):
     }
     meeting = min(int(np.count_nonzero(reach)) for _, reach in differences)
     audited = solve.status is Status.AUDITED
-    enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING and len(hold.along)
+    lacking = _lacking(joint, hold)
+    enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING and not lacking
     p = float(probability(**seen)) if enough else np.nan
     free = free_in_words(hold, T[:3, :3])
     covariance = covariance_of(joint, T, hold, pulls, stiffness)
     position = T[:3, 3] - T[:3, :3] @ origin
     return Assessment(
-        *_verdict(p, seen, overlap, meeting, free, solve),
+        *_verdict(p, seen, overlap, meeting, lacking, free, solve),
         free=free,
         covariance=_of_pose(covariance, position),
         overlap=overlap,
@@ -170,7 +173,17 @@ def _step(hold, gradient, matrix):
     return float(np.linalg.norm(along))
 
 
-def _verdict(p, seen, overlap, meeting, free, solve):
+def _lacking(joint, hold):
+    """Say what keeps the clouds from telling a surface; empty where nothing does."""
+    if not len(hold.along):
+        return 'no ball of points is dense enough to tell a surface by'
+    sides = joint.target, joint.source
+    if max(share_of_sheets(side.unit_own) for side in sides) < LEAST_SHEETS:
+        return 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
+    return ''
+
+
+def _verdict(p, seen, overlap, meeting, lacking, free, solve):
     """Return the verdict, the probability and the reason."""
     discord, contrast, step = seen['discord'], seen['contrast'], seen['step']
     if overlap < LEAST_OVERLAP:
@@ -179,8 +192,8 @@ def _verdict(p, seen, overlap, meeting, free, solve):
     if meeting < LEAST_MEETING:
         few = f'{meeting} points of a cloud have a neighbour in the other, {LEAST_MEETING} must'
         return Verdict.NOT_CONVERGED, p, few
-    if np.isnan(p) and not free:
-        return Verdict.NOT_CONVERGED, p, 'no ball of points is dense enough to tell a surface by'
+    if lacking and not free:
+        return Verdict.NOT_CONVERGED, p, lacking
     if p < CREDIBLE:
         if solve.credibility < CREDIBLE:
             return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'

@@ -41,6 +41,15 @@ def thickness_and_members(own):
     return float(np.sqrt(quantile(squares, QUARTILE))), quantile(members, 0.5)
 
 
+def share_of_sheets(own):
+    """Return how many of the balls that hold a few points hold a surface, 0 to 1; the rest lines.
+
+    own: (N, 10) moments of the balls.
+    """
+    squares, members = _of_sheets(own)
+    return len(squares) / max(len(members), 1)
+
+
 def quantile(values, share):
     """Return what `np.quantile` does, a hundred microseconds sooner."""
     at = share * (len(values) - 1)
