@@ -125,7 +125,8 @@ def _read_npy(path):
     points_in_rows = array.ndim == 2 and 3 <= array.shape[1] <= MOST_COLUMNS
     if not points_in_rows or array.dtype.kind not in 'fiu':
         raise ValueError(
-            f'it has shape {array.shape} and dtype {array.dtype}; it must be (N, 3), of numbers'
+            f'it has shape {array.shape} and dtype {array.dtype}; it must be (N, 3), of numbers, '
+            'a point a row'
         )
     return array[:, :3]
 

@@ -8,6 +8,7 @@ from idem_ros.commands.options import add_config_options, config_from
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 
+QUICK = '\nQuick: {}; no figure is decided by that.\n'
 RINGS = """\
 Three registrations around a ring of scans should close, and those of one pair at two voxel sizes
 agree; by how much they do not is what the scans themselves leave open, whatever their truth.
@@ -108,6 +109,7 @@ def _accuracy(args):
     if args.peers:
         results = with_peers_of(results, args.peers)
     text = accuracy_report.markdown(results)
+    text += QUICK.format('few cases and few settings of the peers') * args.quick
     _write(args, accuracy_report.json_record(results), text)
     print(accuracy_report.summary(results) if args.markdown else text)
     return OK
@@ -148,7 +150,7 @@ def _speed(args):
     small_gicp()
     result = measure(config, args.quick, _progress)
     text = speed_report.markdown(result)
-    text += '\nQuick: one scene and few runs; no figure is decided by that.\n' * args.quick
+    text += QUICK.format('one scene and few runs') * args.quick
     _write(args, speed_report.json_record(result), text)
     print(goals_table(speed_report.goals(result)) if args.markdown else text)
     return OK

@@ -194,6 +194,7 @@ def _checked_points(points):
         raise InvalidCloud(f'the cloud is not an array of real numbers: {error}') from error
     if array.ndim != 2 or array.shape[1] != 3:
         more = ', as points[:, :3] is' if array.ndim == 2 and array.shape[1] > 3 else ''
+        more = ', as points.T is' if array.ndim == 2 and array.shape[0] == 3 else more
         raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3){more}')
     return np.ascontiguousarray(array, dtype=np.float64)
 
