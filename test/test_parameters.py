@@ -103,14 +103,14 @@ def test_voxel_size_of_whole_zero_is_none(make_node):
 @pytest.mark.parametrize(
     ('name', 'value', 'reason'),
     [
-        ('a', -1.0, 'above 0'),
+        ('a', -1.0, 'from 0.1 to 50'),
         ('a', 'wide', 'number'),
         ('a', True, 'number'),
-        ('voxel_size', -0.5, 'above 0'),
+        ('voxel_size', -0.5, 'from 1e-09'),
         ('voxel_size', False, 'number'),
         ('radius_schedule', 4.0, 'list'),
         ('radius_schedule', '4,2,1', 'list'),
-        ('radius_schedule', [4.0, 0.0], 'above 0'),
+        ('radius_schedule', [4.0, 0.0], 'from 0.01'),
         ('length_scale', 'metre', 'one of'),
         ('max_iterations', 0, 'from 1'),
         ('max_iterations', 2.5, 'whole'),

@@ -68,7 +68,7 @@ def test_managed_node_with_an_unusable_parameter_ends_with_exit_code_2_and_one_l
     node = start('--ros-args', '-p', 'a:=-1.0', command=MANAGED)
     _, errors = node.communicate(timeout=LONG)
     assert node.returncode == 2
-    assert 'idem_node: error: a is -1.0; it must be a finite number above 0' in errors
+    assert 'idem_node: error: a is -1.0; it must be a number from 0.1 to 50' in errors
     assert 'Traceback' not in errors
 
 
@@ -89,7 +89,7 @@ def test_node_starts_with_the_parameter_file_of_the_package(start):
 @pytest.mark.parametrize(
     ('arguments', 'reason'),
     [
-        (['--ros-args', '-p', 'a:=-1.0'], 'a is -1.0; it must be a finite number above 0'),
+        (['--ros-args', '-p', 'a:=-1.0'], 'a is -1.0; it must be a number from 0.1 to 50'),
         (['--ros-args', '-p', 'reliability:=best'], "reliability is 'best'; it must be one of"),
         (['--ros-args', '-p', 'a'], "parse parameter override rule: '-p a'"),
         (['--ros-args', '--params-file', 'absent.yaml'], 'absent.yaml'),

@@ -7,7 +7,7 @@ from numba import njit
 
 from idem_ros.core.blocks import in_threads, spans
 from idem_ros.core.candidates import SKIN
-from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, build_grid
 from idem_ros.core.jit import JIT
@@ -19,6 +19,7 @@ KEPT = 8  # results kept of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
 FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
 MIDDLE_SAMPLE = 64  # points, about, that the middle of a cloud is taken from
+FINEST = 2.0**24  # voxels from the middle outwards: float32 tells no finer ones apart
 UNIT = np.empty((0, 7))  # raw moments of points that stand for themselves
 
 
@@ -144,6 +145,21 @@ class Cloud:
             cloud._init_from(mean, raw)
             _keep(self._reduced, voxel_size, cloud)
         return self._reduced[voxel_size]
+
+    def require_resolved(self, voxel_size):
+        """Refuse voxels finer than single precision resolves the cloud's extent.
+
+        Raises:
+            InvalidConfig: it says how large they must be.
+        """
+        # half of the points: a stray, however far, says nothing of the extent
+        sample = self.points[:: max(len(self) // MIDDLE_SAMPLE, 1)]
+        extent = float(np.median(np.abs(sample).max(axis=1)))
+        if extent / voxel_size > FINEST:
+            raise InvalidConfig(
+                f'voxel_size is {voxel_size:g}, but the cloud reaches {extent:.3g} from its '
+                f'middle: it must be {extent / FINEST:.1g} at least, or none'
+            )
 
 
 def neighbourhoods(clouds, radius, scale, threads=1):

@@ -193,6 +193,8 @@ def _minimized(prepared, stage, T, motions, last=False):
 
 
 def _reduced(clouds, voxel_size, threads):
+    for cloud in clouds:
+        cloud.require_resolved(voxel_size)
     return in_threads(threads, lambda cloud: cloud.reduced(voxel_size), clouds)
 
 
