@@ -99,8 +99,14 @@ def _in_a_row(numbers):
     return ' '.join(f'{number:.3g}' for number in numbers)
 
 
+def headline(result):
+    """Say in a sentence what is to be thought of a result: its verdict leads, or its status."""
+    said = result.assessment
+    return reason(result) if said is None else f'{said.verdict.value}: {said.reason}'
+
+
 def reason(result):
     """Say in words why a result has its status; of a pose that was only judged, its verdict."""
     if result.status is Status.AUDITED and result.assessment is not None:
-        return f'{result.assessment.verdict.value}: {result.assessment.reason}'
+        return headline(result)
     return REASONS.get(result.status.value, result.status.value)

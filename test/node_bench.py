@@ -80,7 +80,7 @@ class Bench:
             self.other.create_subscription(kind, topic, kept.append, 50)
         self.executor = SingleThreadedExecutor(context=context)
         self.executor.add_node(self.other)
-        self.node = None
+        self.node, self.others = None, []
 
     def make_node(self, kind=RegistrationNode):
         self.node = kind(context=self.context, parameter_overrides=self.overrides)
@@ -129,8 +129,8 @@ class Bench:
 
     def close(self):
         self.executor.shutdown()
-        if self.node:
-            self.node.destroy_node()
+        for each in filter(None, (self.node, *self.others)):
+            each.destroy_node()
         self.other.destroy_node()
 
 

@@ -26,6 +26,8 @@ from idem_ros.core import register
 from idem_ros.node.adapter import RegistrationNode
 from idem_ros.transform_message import matrix_of, stamp_ns
 
+TASKS = ('registration', 'load')
+
 
 def test_complete_input_gives_the_transform_that_the_core_gives(bench, clouds):
     b = bench().start()
@@ -45,7 +47,8 @@ def test_diagnostics_of_a_result_bear_its_stamp_and_all_values(bench, clouds):
     b.until(lambda: b.statuses('converged'))
     (status,) = b.statuses('converged')
     assert status.level == DiagnosticStatus.OK
-    assert status.name == 'idem_node: registration'
+    assert (status.name, status.hardware_id) == ('/idem_node: registration', '/idem_node')
+    assert status.message == f'aligned: {values_of(status)["verdict_reason"]}'
     values = values_of(status)
     assert list(values) == [
         'q_tot', 'q_mean', 'overlap', 'radius', 'iterations', 'status', 'reason', 'milliseconds',
@@ -57,6 +60,17 @@ def test_diagnostics_of_a_result_bear_its_stamp_and_all_values(bench, clouds):
     assert values['dropped'] == '0'
     (message,) = [m for m in b.received['diagnostics'] if m.status[0] is status]
     assert stamp_ns(message) == FIRST
+
+
+def test_statuses_of_two_nodes_can_be_told_apart_by_their_namespaces(bench):
+    b = bench()
+    for namespace in ('front', 'rear'):
+        b.executor.add_node(node := RegistrationNode(context=b.context, namespace=namespace))
+        b.others.append(node)
+    tasks = [f'/{each}/idem_node: {task}' for each in ('front', 'rear') for task in TASKS]
+    heard = b.received['diagnostics']
+    b.until(lambda: {m.status[0].name for m in heard} >= set(tasks))
+    assert {m.status[0].hardware_id for m in heard} == {'/front/idem_node', '/rear/idem_node'}
 
 
 def test_one_target_serves_many_sources(bench, clouds):

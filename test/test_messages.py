@@ -83,9 +83,10 @@ def test_q_tot_survives_whatever_kind_of_number_it_is(refinement):
 )
 def test_diagnostics_keep_level_text_and_values(level):
     values = {'q_tot': np.float64(1.5), 'dropped': 3}
-    message = sent(diagnostics_message('node: task', level, 'so it is', values, STAMP))
+    message = sent(diagnostics_message('/front/node', 'task', level, 'so it is', values, STAMP))
     (status,) = message.status
-    assert (status.name, status.level, status.message) == ('node: task', level, 'so it is')
+    assert (status.name, status.hardware_id) == ('/front/node: task', '/front/node')
+    assert (status.level, status.message) == (level, 'so it is')
     assert {each.key: each.value for each in status.values} == {'q_tot': '1.5', 'dropped': '3'}
 
 

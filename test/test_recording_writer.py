@@ -132,8 +132,8 @@ def test_a_header_holds_the_last_second_of_a_stamp_beyond_time():
 
 
 def test_diagnostics_survive_serialisation():
-    message = diagnostics_message('idem', 1, 'no_overlap', {'q_tot': '0.5'}, 7)
+    message = diagnostics_message('/idem', 'task', 1, 'no_overlap', {'q_tot': '0.5'}, 7)
     raw = typestore().serialize_cdr(message, message.__msgtype__)
     (status,) = typestore().deserialize_cdr(raw, message.__msgtype__).status
-    assert (status.name, status.level, status.message) == ('idem', 1, 'no_overlap')
+    assert (status.name, status.level, status.message) == ('/idem: task', 1, 'no_overlap')
     assert [(value.key, value.value) for value in status.values] == [('q_tot', '0.5')]

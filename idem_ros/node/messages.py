@@ -115,18 +115,21 @@ def q_tot_message(refinement: Refinement) -> Float64:
 
 
 def diagnostics_message(
-    name: str, level: bytes, text: str, values: dict[str, str], stamp: int
+    node: str, task: str, level: bytes, text: str, values: dict[str, str], stamp: int
 ) -> DiagnosticArray:
     """Return one status in a DiagnosticArray.
 
     Args:
-        name: of the component that reports.
+        node: fully qualified name of the one that reports, as aggregators tell two apart.
+        task: what of it the status is of.
         level: `DiagnosticStatus.OK`, `WARN`, `ERROR` or `STALE` (of type bytes in rclpy).
         text: the status in words, with the reason where something was refused.
         values: what is known, as `idem_ros.diagnostics.refinement_values` gives it.
         stamp: [ns].
     """
-    status = DiagnosticStatus(level=level, name=str(name), message=str(text))
+    status = DiagnosticStatus(
+        level=level, name=f'{node}: {task}', hardware_id=str(node), message=str(text)
+    )
     status.values = [KeyValue(key=str(key), value=str(value)) for key, value in values.items()]
     message = DiagnosticArray(status=[status])
     message.header.stamp = time_message(stamp)

@@ -48,7 +48,7 @@ class Report:
     def result(self, refinement: Refinement, dropped: int) -> None:
         """Report a result."""
         values = diagnostics.refinement_values(refinement, dropped)
-        text = values['reason']
+        text = diagnostics.headline(refinement.result)
         self._event(diagnostics.level(refinement), text, values, refinement.stamp)
 
     def refused(self, reason: str, stamp: int, counts: dict[str, int]) -> None:
@@ -93,8 +93,8 @@ class Report:
 
     def _send(self, task: str, level: int, text: str, values: dict, stamp: int) -> None:
         if self.is_on:
-            name = f'{self._node.get_name()}: {task}'
-            message = diagnostics_message(name, LEVELS[level], text, values, stamp)
+            node = self._node.get_fully_qualified_name()
+            message = diagnostics_message(node, task, LEVELS[level], text, values, stamp)
             self._publisher.publish(message)
 
     def _now(self) -> int:

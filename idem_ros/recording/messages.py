@@ -44,11 +44,12 @@ def transform_message(transform, stamp, frame_id, child_frame_id):
     )
 
 
-def diagnostics_message(name, level, text, values, stamp):
+def diagnostics_message(node, task, level, text, values, stamp):
     """Return a diagnostic_msgs/DiagnosticArray with one status.
 
     Args:
-        name: of the component.
+        node: fully qualified name of the one that reports.
+        task: what of it the status is of.
         level: 0 (OK), 1 (WARN) or 2 (ERROR).
         text: the status in a sentence.
         values: {key: value}, both strings.
@@ -57,9 +58,9 @@ def diagnostics_message(name, level, text, values, stamp):
     key_value = _type('diagnostic_msgs/msg/KeyValue')
     status = _type('diagnostic_msgs/msg/DiagnosticStatus')(
         level=level,
-        name=name,
+        name=f'{node}: {task}',
         message=text,
-        hardware_id='',
+        hardware_id=node,
         values=[key_value(key, value) for key, value in values.items()],
     )
     return _type(DIAGNOSTICS)(header=header(stamp, ''), status=[status])

@@ -1,13 +1,13 @@
 """What a replay found as a recording: the messages of the live node, and how it was made."""
 
-from idem_ros.diagnostics import level, refinement_values
+from idem_ros.diagnostics import headline, level, refinement_values
 from idem_ros.recording.embedded import METADATA, RECORD
 from idem_ros.recording.messages import diagnostics_message, transform_message
 from idem_ros.recording.writer import write_mcap
 
-TRANSFORM_TOPIC = '/idem_node/transform'
 DIAGNOSTICS_TOPIC = '/diagnostics'
-COMPONENT = 'idem_node: registration'
+NODE = '/idem_node'
+TRANSFORM_TOPIC = f'{NODE}/transform'
 
 
 def result_messages(frames):
@@ -31,11 +31,11 @@ def result_messages(frames):
         )
         # a replay drops no input
         values = refinement_values(refinement, dropped=0)
-        text = result.status.value
+        text = headline(result)
         yield (
             DIAGNOSTICS_TOPIC,
             log_time + 1,
-            diagnostics_message(COMPONENT, level(refinement), text, values, stamp),
+            diagnostics_message(NODE, 'registration', level(refinement), text, values, stamp),
         )
 
 
