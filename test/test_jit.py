@@ -28,7 +28,7 @@ def test_a_process_that_compiles_says_so_and_gives_the_bits_of_one_that_need_not
         )
         for _ in range(2)
     )
-    assert cold.stderr == 'compiling kernels: once, about half a minute\n'
+    assert cold.stderr == 'compiling kernels: up to half a minute, once\n'
     assert warm.stderr == ''
     assert cold.stdout.startswith('Status.CONVERGED')
     assert cold.stdout == warm.stdout

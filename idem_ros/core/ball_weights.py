@@ -1,14 +1,12 @@
 """How a ball pulls: along which axes of its covariance, and how much it counts."""
 
-from numba import njit
-
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 BALANCED = 0.35  # of the radius, between the means of a ball's two clouds
 MOST_BEND = 2.0
 
 
-@njit(**JIT)
+@kernel
 def inverse(s, det):
     """Return the inverse of a symmetric matrix (xx, xy, xz, yy, yz, zz), given its determinant."""
     xx, xy, xz, yy, yz, zz = s
@@ -23,7 +21,7 @@ def inverse(s, det):
     )
 
 
-@njit(**JIT)
+@kernel
 def along_thinnest(w):
     """Return W^3 / tr(W)^2: each axis of S by the square of its share of the pull.
 
@@ -37,7 +35,7 @@ def along_thinnest(w):
     return xx * f, xy * f, xz * f, yy * f, yz * f, zz * f
 
 
-@njit(**JIT)
+@kernel
 def balance(joint, cross, r2):
     """Return 1 / (1 + (d / (BALANCED r))^4) for means of the ball's two clouds that are d apart.
 
@@ -52,7 +50,7 @@ def balance(joint, cross, r2):
     return 1.0 / (1.0 + apart * apart)
 
 
-@njit(**JIT)
+@kernel
 def bend(joint, cross):
     """Return by how much more the other cloud's points spread about the centre, less 1.
 
@@ -68,7 +66,7 @@ def bend(joint, cross):
     return min(max(more, 1.0 / MOST_BEND), MOST_BEND) - 1.0
 
 
-@njit(**JIT)
+@kernel
 def _product(a, b):
     """Return the product of two symmetric matrices of the same axes, symmetric too."""
     axx, axy, axz, ayy, ayz, azz = a

@@ -7,12 +7,11 @@ the source has moved by the skin.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import in_blocks
 from idem_ros.core.grid import bounds, neighbours, room_for
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import into_frame
 
 SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
@@ -69,7 +68,7 @@ def still_hold(pairs, T_target_source, skin):
     return _farthest(T_target_source, pairs.transform, pairs.box) <= skin**2
 
 
-@njit(**JIT)
+@kernel
 def _farthest(T, before, box):
     """Return the greatest squared distance that points of a box move by from a transform to T.
 
@@ -87,7 +86,7 @@ def _farthest(T, before, box):
     return most
 
 
-@njit(**JIT)
+@kernel
 def _enumerate(points, R, t, grid, r2):
     """Return where the candidates of each point begin and end, and all of them in a row.
 
@@ -109,7 +108,7 @@ def _enumerate(points, R, t, grid, r2):
     return first, member[:at].copy()  # a view would keep all of it
 
 
-@njit(**JIT)
+@kernel
 def _transposed(first, member, n_others):
     """Return the same pairs listed for the others, in the order of the first's points."""
     count = np.zeros(n_others + 2, np.int64)

@@ -3,14 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core.blocks import in_threads, spans
 from idem_ros.core.candidates import SKIN
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, build_grid
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import TIE, own_moments
 from idem_ros.core.noise import SAMPLE, thickness_and_members
 from idem_ros.core.voxels import reduce_to_voxels
@@ -215,7 +214,7 @@ def _checked_points(points):
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-@njit(**JIT)
+@kernel
 def _centred(points):
     """Return the middle of the finite rows, which rows are, and these rows minus the middle.
 

@@ -9,10 +9,9 @@ the target's points in it and n_B from the source's: their noises are independen
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
     covariance,
     determinant,
@@ -158,7 +157,7 @@ def middle_and_arm(joint, T_target_source):
     return se3.transform_points(T_target_source, middle), max(np.sqrt(square), joint.radius)
 
 
-@njit(**JIT)
+@kernel
 def _mean_and_variance(points):
     """Return the mean of (N, 3) points, and their mean squared distance from it."""
     mean, square, n = np.zeros(3), 0.0, points.shape[0]
@@ -184,7 +183,7 @@ def _planes(centres, others, candidates, T, r2, sample):
     return a[:n], b[:n], x[:n], v[:n], chosen[:n]
 
 
-@njit(**JIT)
+@kernel
 def _fill_planes(
     centres, own, points, raw, first, member, R, t, r2, stride, ja, jb, at, v, chosen
 ):
@@ -222,7 +221,7 @@ def _fill_planes(
     return n
 
 
-@njit(**JIT)
+@kernel
 def _normal(s):
     """Return first variance over second, and the first's axis: the normal of a surface.
 
@@ -255,7 +254,7 @@ def _normal(s):
     return flatness, (column[0] * f, column[1] * f, column[2] * f)
 
 
-@njit(**JIT)
+@kernel
 def _squared(n):
     """Return N N over its trace, N symmetric."""
     xx, xy, xz, yy, yz, zz = n
@@ -265,7 +264,7 @@ def _squared(n):
     return (a * g, b * g, c * g, d * g, e * g, f * g)
 
 
-@njit(**JIT)
+@kernel
 def _fill(j, x, n, sign):
     j[0] = sign * (x[1] * n[2] - x[2] * n[1])
     j[1] = sign * (x[2] * n[0] - x[0] * n[2])

@@ -1,11 +1,10 @@
 """How much worse the clouds agree a radius away from a pose, along each motion that is held."""
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
 from idem_ros.core.grid import neighbours, room_for
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
     entropy,
     into_frame,
@@ -105,7 +104,7 @@ def _sums(joint, transforms, chosen, less=(NOTHING, NOTHING)):
     return q, within
 
 
-@njit(**JIT)
+@kernel
 def _sum_at_each(centres, own, chosen, ends, grid, R, t, r2, scale, less, q, within):
     """Add q_i (Eq. 7) at each of a group's transforms to q, and 1 to within."""
     found, rows = room_for(grid)

@@ -7,10 +7,9 @@ A part comes from regions twice as wide: what errs alike over more of the scene,
 """
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.linearization import IN_ONE, SUMS, linearize, of_both
 from idem_ros.core.solver import LEAST_STIFFNESS
 
@@ -76,7 +75,7 @@ def _wider(of_regions):
     return sums.reshape(-1, *of_regions.shape[1:])
 
 
-@njit(**JIT)
+@kernel
 def _sums_of_cubes(of_regions):
     half = PERIOD // 2
     sums = np.zeros((half**3, of_regions.shape[1]))
@@ -155,14 +154,14 @@ def _sides(joint, pairs, transforms):
     ]
 
 
-@njit(**JIT)
+@kernel
 def _linearize_at_each(centres, own, points, raw, first, member, R, t, size, chosen, sums):
     for k in range(R.shape[0]):
         around = (centres, own, points, raw, first, member, R[k], t[k])
         linearize(*around, *size, chosen, IN_ONE, sums[k])
 
 
-@njit(**JIT)
+@kernel
 def _of_each(here, there, backs):
     pulls, stiffness = np.empty((backs.shape[0], 6)), np.empty((backs.shape[0], 6, 6))
     for k in range(backs.shape[0]):
@@ -171,7 +170,7 @@ def _of_each(here, there, backs):
     return pulls, stiffness
 
 
-@njit(**JIT)
+@kernel
 def _group(points, T, region):
     group, of_region = np.empty(points.shape[0], np.int64), 1.0 / region
     for i in range(points.shape[0]):
@@ -184,7 +183,7 @@ def _group(points, T, region):
     return group
 
 
-@njit(**JIT)
+@kernel
 def _in_turn(group):
     """Return the indices of centres, one group's after another's."""
     start, order = np.zeros(PERIOD**3 + 1, np.int64), np.empty(group.shape[0], np.int64)

@@ -1,10 +1,9 @@
 """The mean distance to the fourth nearest neighbour, r_4th of the paper."""
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core.grid import build_grid, neighbours, room_for
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 FEW = 8  # points for which looking at all others costs no more than sorting them into cells
 REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
@@ -43,7 +42,7 @@ def mean_fourth_neighbor_distance(points, most=None):
     return float(distance.mean())
 
 
-@njit(**JIT)
+@kernel
 def _look_at_all(queries, points, chosen, distance):
     """Fill, for the chosen queries, the distance to the fourth nearest of the others."""
     for i in chosen:
@@ -53,7 +52,7 @@ def _look_at_all(queries, points, chosen, distance):
         distance[i] = np.sqrt(best[4])
 
 
-@njit(**JIT)
+@kernel
 def _look_in_cells(queries, grid, r2, chosen, distance):
     """Do the same for those that have five points within sqrt(r2), themselves included."""
     found, rows = room_for(grid)
@@ -69,13 +68,13 @@ def _look_in_cells(queries, grid, r2, chosen, distance):
             distance[i] = np.sqrt(best[4])
 
 
-@njit(**JIT)
+@kernel
 def _squared(p, o):
     dx, dy, dz = o[0] - p[0], o[1] - p[1], o[2] - p[2]
     return dx * dx + dy * dy + dz * dz
 
 
-@njit(**JIT)
+@kernel
 def _five_nearest(best, d):
     """Insert d in the five smallest, in order; the first is the point itself."""
     a, b, c, e, f = best

@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
 MOST_ROWS = 18  # three by three of three cells each, and as many that end a period
@@ -37,7 +36,7 @@ def build_grid(points, cell):
     return Grid(start, ordered, low, extent, bits, cell), order
 
 
-@njit(**JIT)
+@kernel
 def _period_bits(extent, n_points):
     bits = np.empty(3, np.int64)
     for axis in range(3):
@@ -48,7 +47,7 @@ def _period_bits(extent, n_points):
     return bits
 
 
-@njit(**JIT)
+@kernel
 def _bit_length(n):
     length = 0
     while n > 0:
@@ -57,7 +56,7 @@ def _bit_length(n):
     return length
 
 
-@njit(**JIT)
+@kernel
 def bounds(points):
     """Return the lowest and highest coordinates (3,) of (N, 3) points."""
     ax, ay, az = bx, by, bz = points[0]
@@ -69,7 +68,7 @@ def bounds(points):
     return np.array([ax, ay, az]), np.array([bx, by, bz])
 
 
-@njit(**JIT)
+@kernel
 def _sort_into_cells(points, cell):
     """Counting sort by cell; points of one cell keep their order."""
     n = points.shape[0]
@@ -98,13 +97,13 @@ def _sort_into_cells(points, cell):
     return low, extent, bits, start[:-1], order, ordered
 
 
-@njit(**JIT)
+@kernel
 def room_for(grid):
     """Return what `neighbours` writes to: indices of points (N + 1,), and rows of cells."""
     return np.empty(grid.points.shape[0] + 1, np.int32), np.empty((MOST_ROWS, 2), np.int32)
 
 
-@njit(**JIT)
+@kernel
 def neighbours(px, py, pz, grid, r2, found, rows):
     """Write the indices of the grid's points within sqrt(r2) <= cell of p to found; return count.
 
@@ -122,7 +121,7 @@ def neighbours(px, py, pz, grid, r2, found, rows):
     return n
 
 
-@njit(**JIT)
+@kernel
 def cell_of(px, py, pz, grid):
     """Return the cell of a place, which may lie outside the grid."""
     return (
@@ -132,7 +131,7 @@ def cell_of(px, py, pz, grid):
     )
 
 
-@njit(**JIT)
+@kernel
 def rows_around(cell, grid, least, rows):
     """Write begin and end of the points around a cell, row by row, to rows; return count.
 
@@ -156,7 +155,7 @@ def rows_around(cell, grid, least, rows):
     return n
 
 
-@njit(**JIT)
+@kernel
 def within(px, py, pz, points, begin, end, r2, found, n):
     """Write the indices in [begin, end) of points within sqrt(r2) of p to found[n:]; count on."""
     for j in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices

@@ -1,21 +1,41 @@
 """How every kernel is compiled; the one place where that is decided, and told."""
 
 import logging
+from collections.abc import Callable
 
+from numba import njit
 from numba.core import event
+
+from idem_ros.core.kernel_cache import cache_of, kept_in_words
+
+PACKAGE = __name__.partition('.')[0]
+
+
+def compiler(**options) -> Callable[[Callable], Callable]:
+    """Return a decorator: a function is compiled when it is first called, or was kept.
+
+    Args:
+        options: of `numba.njit`.
+    """
+
+    def decorate(function):
+        dispatcher = njit(**options)(function)
+        dispatcher._cache = cache_of(function)  # what cache=True does, with a cache of numba's
+        return dispatcher
+
+    return decorate
+
 
 # The GIL is released, so that a node's callbacks go on. No nnan, no ninf: clouds hold NaN.
 # No parallel=True: its work-queue aborts when a second Python thread enters it.
 # forceinline: a kernel from the cache brings its own copy of what it calls, one just compiled
 # finds another, which was optimised alone and may differ in its last bits.
-JIT = {
-    'nogil': True,
-    'cache': True,
-    'forceinline': True,
-    'error_model': 'numpy',
-    'fastmath': {'nsz', 'arcp', 'contract', 'afn', 'reassoc'},
-}
-PACKAGE = __name__.partition('.')[0]
+kernel = compiler(
+    nogil=True,
+    forceinline=True,
+    error_model='numpy',
+    fastmath={'nsz', 'arcp', 'contract', 'afn', 'reassoc'},
+)
 
 
 class _Teller(event.Listener):
@@ -26,10 +46,13 @@ class _Teller(event.Listener):
 
     def on_start(self, event):
         """Tell, where the kernel is one of this package."""
-        module = event.data['dispatcher'].py_func.__module__
-        if not self.has_told and module.startswith(PACKAGE):
+        dispatcher = event.data['dispatcher']
+        if not self.has_told and dispatcher.py_func.__module__.startswith(PACKAGE):
             self.has_told = True
-            logging.getLogger(PACKAGE).warning('compiling kernels: once, about half a minute')
+            how_often = kept_in_words(dispatcher._cache)
+            logging.getLogger(PACKAGE).warning(
+                'compiling kernels: up to half a minute, %s', how_often
+            )
 
     def on_end(self, event):
         """Do nothing: the first result tells."""

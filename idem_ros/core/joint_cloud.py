@@ -1,11 +1,10 @@
 """The metric at one pose: both clouds sorted into one grid, every pair of points met once."""
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
 from idem_ros.core.grid import bounds, build_grid, cell_of, room_for, rows_around, within
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import TIE, entropy, plus, row_of
 
 MARGIN = 1.0 + 1e-9
@@ -47,7 +46,7 @@ def _where_they_meet(clouds, radius):
     return [_inside(cloud, low, high) for cloud in clouds]
 
 
-@njit(**JIT)
+@kernel
 def _inside(points, low, high):
     """Return the indices of the points in a box."""
     found, n = np.empty(len(points) + 1, np.int64), 0
@@ -65,7 +64,7 @@ def _inside(points, low, high):
     return found[:n].copy()
 
 
-@njit(**JIT)
+@kernel
 def _differences(grid, is_source, r2, scale):
     """Return q_i and the other cloud's points in reach, (2, N), in the order of the grid."""
     moments = _moments(grid, is_source, r2)
@@ -80,7 +79,7 @@ def _differences(grid, is_source, r2, scale):
     return found
 
 
-@njit(**JIT)
+@kernel
 def _moments(grid, is_source, r2):
     """Return (N, 2, 10): moments about each point of the target's and the source's in its ball."""
     points = grid.points
@@ -105,7 +104,7 @@ def _moments(grid, is_source, r2):
     return moments
 
 
-@njit(**JIT)
+@kernel
 def _add(m, d, sign):
     dx, dy, dz = d
     m[0] += 1.0

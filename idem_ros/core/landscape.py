@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import in_threads
@@ -11,7 +10,7 @@ from idem_ros.core.cloud import as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.grid import neighbours, room_for
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.joint_entropy import length_unit
 from idem_ros.core.metric import checked_positive, search_radius
 from idem_ros.core.moments import TIE, entropy, into_frame, plus, rotated, row_of
@@ -132,7 +131,7 @@ def _checked(transforms):
     return T
 
 
-@njit(**JIT)
+@kernel
 def _evaluate(centres, others, rotations, translations, r2, scale, q, within):
     """Fill q_tot (Eq. 8) and the number of points with a neighbour across, per transform."""
     others_m = np.zeros((others.own.shape[0], 10))
@@ -146,7 +145,7 @@ def _evaluate(centres, others, rotations, translations, r2, scale, q, within):
         within[k] = count + count_of_others
 
 
-@njit(**JIT)
+@kernel
 def _of_centres(centres, grid, R, t, r2, scale, room, others_m):
     """Sum q_i of the centres, and add each pair's moments to those of its other point, too."""
     found, rows = room
@@ -162,7 +161,7 @@ def _of_centres(centres, grid, R, t, r2, scale, room, others_m):
     return total, count
 
 
-@njit(**JIT)
+@kernel
 def _of_others(others, others_m, scale):
     """Sum q_i of the others, whose moments across are known."""
     total, count = 0.0, 0
@@ -174,7 +173,7 @@ def _of_others(others, others_m, scale):
     return total, count
 
 
-@njit(**JIT)
+@kernel
 def _shared_moments(x, y, z, points, found, n, others_m):
     """Sum 1, d and d d^T about a centre; add the same, with -d, to each neighbour's own row."""
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0

@@ -6,10 +6,9 @@ majorised at Sigma, which leaves rho k_B (1 - k_B / k) / k J^T W J as the Gauss-
 """
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core.ball_weights import along_thinnest, balance, bend, inverse
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
     MOST_WITHOUT_ENTROPY,
     TWO_PI_E_CUBED,
@@ -33,7 +32,7 @@ OWN, OTHER, ROWS = 3, 13, 23  # after the centre: moments of its own cloud, of t
 SIX, NINE = (0.0,) * 6, (0.0,) * 9
 
 
-@njit(**JIT)
+@kernel
 def linearize(
     centres,
     own,
@@ -83,7 +82,7 @@ def linearize(
     _add(balls, n, R, size, sums[g])
 
 
-@njit(**JIT)
+@kernel
 def _put(balls, n, p, own, m):
     for c in range(3):
         balls[c, n] = p[c]
@@ -95,7 +94,7 @@ def _put(balls, n, p, own, m):
     balls[20, n], balls[21, n], balls[22, n] = yy, yz, zz
 
 
-@njit(**JIT)
+@kernel
 def _add(balls, n, R, size, sums):
     """Add the first n balls' gradient and matrix to sums (27,)."""
     c, r2, noise, slide, is_balanced, level = size
@@ -125,7 +124,7 @@ def _add(balls, n, R, size, sums):
     _write(sums, pull, vv, wv, ww)
 
 
-@njit(**JIT)
+@kernel
 def _moments_of(rows, i):
     return (
         *(rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i]),
@@ -133,7 +132,7 @@ def _moments_of(rows, i):
     )
 
 
-@njit(**JIT)
+@kernel
 def _pull(px, py, pz, cross, joint, w, f, more):
     """Return one centre's gradient (omega, v); the sums of a ball are relative to its centre p.
 
@@ -161,18 +160,18 @@ def _pull(px, py, pz, cross, joint, w, f, more):
     )
 
 
-@njit(**JIT)
+@kernel
 def _times(w, x, y, z):
     xx, xy, xz, yy, yz, zz = w
     return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
 
 
-@njit(**JIT)
+@kernel
 def _scaled(w, f):
     return w[0] * f, w[1] * f, w[2] * f, w[3] * f, w[4] * f, w[5] * f
 
 
-@njit(**JIT)
+@kernel
 def _turning(x, y, z, w, f):
     """Return f [x]_x W, of f J^T W J with J = [-[x]_x, I] for the motion of the moving mean x."""
     xx, xy, xz, yy, yz, zz = w
@@ -183,7 +182,7 @@ def _turning(x, y, z, w, f):
     )
 
 
-@njit(**JIT)
+@kernel
 def _turned(x, y, z, w, f):
     """Return the upper half of -f [x]_x W [x]_x."""
     a00, a01, a02, a10, a11, a12, a20, a21, _ = _turning(x, y, z, w, f)
@@ -193,17 +192,17 @@ def _turned(x, y, z, w, f):
     )
 
 
-@njit(**JIT)
+@kernel
 def _plus6(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]
 
 
-@njit(**JIT)
+@kernel
 def _plus9(a, b):
     return (*_plus6(a[:6], b[:6]), a[6] + b[6], a[7] + b[7], a[8] + b[8])
 
 
-@njit(**JIT)
+@kernel
 def _write(sums, pull, vv, wv, ww):
     for c in range(6):
         sums[c] += pull[c]
@@ -226,7 +225,7 @@ def _places():
 _MATRIX = _places()
 
 
-@njit(**JIT)
+@kernel
 def of_both(here, there, T_source_target):
     """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) for a twist (omega, v).
 
@@ -256,7 +255,7 @@ def of_both(here, there, T_source_target):
     return pulls, stiffness
 
 
-@njit(**JIT)
+@kernel
 def _unpack(sums, pull, matrix):
     """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
     for i in range(6):

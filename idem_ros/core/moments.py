@@ -1,10 +1,9 @@
 """Moments of a ball, how many points and the sums of d and d d^T about its centre; entropy."""
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core.grid import neighbours, room_for
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimensions
 # A pair at exactly r (points on a lattice) must not be decided by the last bit.
@@ -12,7 +11,7 @@ TIE = 1.0 + 1e-12
 MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
 
 
-@njit(**JIT)
+@kernel
 def unit_moments(px, py, pz, points, member, begin, end, r2):
     """Sum 1, d and d d^T, d = point - p, over those members within sqrt(r2) of p.
 
@@ -37,7 +36,7 @@ def unit_moments(px, py, pz, points, member, begin, end, r2):
     return (k, sx, sy, sz, xx, xy, xz, yy, yz, zz)
 
 
-@njit(**JIT)
+@kernel
 def raw_moments(px, py, pz, points, raw, member, begin, end, r2):
     """Sum the same over the raw points that the members stand for.
 
@@ -64,7 +63,7 @@ def raw_moments(px, py, pz, points, raw, member, begin, end, r2):
     return (k, sx, sy, sz, xx, xy, xz, yy, yz, zz)
 
 
-@njit(**JIT)
+@kernel
 def own_moments(grid, raw, r2, scale, begin, end, stride, unit_own, raw_own, h):
     """Fill rows [begin, end) of moments (N, 10) and entropy h (N,) within their own cloud.
 
@@ -88,7 +87,7 @@ def own_moments(grid, raw, r2, scale, begin, end, stride, unit_own, raw_own, h):
             unit_own[i, c] = m[c]
 
 
-@njit(**JIT)
+@kernel
 def _both_moments(px, py, pz, points, raw, found, n):
     """Return what `unit_moments` and `raw_moments` do of the first n found, in one pass."""
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
@@ -121,7 +120,7 @@ def _both_moments(px, py, pz, points, raw, found, n):
     return unit, (k, rx, ry, rz, rxx, rxy, rxz, ryy, ryz, rzz)
 
 
-@njit(**JIT)
+@kernel
 def covariance(moments):
     """Return the covariance, divided by k, of moments (k, s, S): S/k - (s/k)(s/k)^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = moments
@@ -137,14 +136,14 @@ def covariance(moments):
     )
 
 
-@njit(**JIT)
+@kernel
 def determinant(s):
     """Return det of a symmetric matrix (xx, xy, xz, yy, yz, zz)."""
     xx, xy, xz, yy, yz, zz = s
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
 
 
-@njit(**JIT)
+@kernel
 def entropy(moments, scale):
     """Eq. 4: h = 1/2 ln((2 pi e)^3 det Sigma + 1), lengths divided by the scale."""
     if moments[0] <= MOST_WITHOUT_ENTROPY:
@@ -153,14 +152,14 @@ def entropy(moments, scale):
     return 0.5 * np.log1p(TWO_PI_E_CUBED * det)
 
 
-@njit(**JIT)
+@kernel
 def row_of(m, i):
     """Return row i of moments (N, 10)."""
     a, b = m[i], m[i, 5:]
     return a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3], b[4]
 
 
-@njit(**JIT)
+@kernel
 def plus(a, b):
     """Return the sum of two moments."""
     return (
@@ -177,7 +176,7 @@ def plus(a, b):
     )
 
 
-@njit(**JIT)
+@kernel
 def into_frame(p, R, t):
     """Return R^T (p - t): a centre, taken to the frame in which the other cloud stays."""
     x, y, z = p[0] - t[0], p[1] - t[1], p[2] - t[2]
@@ -188,7 +187,7 @@ def into_frame(p, R, t):
     )
 
 
-@njit(**JIT)
+@kernel
 def rotated(R, m):
     """Return moments m of the other cloud with the axes of the centre's frame: R s, R S R^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = m
@@ -209,12 +208,12 @@ def rotated(R, m):
     )
 
 
-@njit(**JIT)
+@kernel
 def _row_times(a, b, c, xx, xy, xz, yy, yz, zz):
     return a * xx + b * xy + c * xz, a * xy + b * yy + c * yz, a * xz + b * yz + c * zz
 
 
-@njit(**JIT)
+@kernel
 def entropy_difference(
     centres, own, h_own, points, first, member, R, t, r2, scale, begin, end, q, reach
 ):

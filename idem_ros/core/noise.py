@@ -1,9 +1,8 @@
 """How much of a ball is noise: the thickness of surfaces, and the wider ball it asks for."""
 
 import numpy as np
-from numba import njit
 
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 from idem_ros.core.moments import covariance, determinant, row_of
 
 QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
@@ -59,7 +58,7 @@ def quantile(values, share):
     return float(in_place[low] + (at - low) * (in_place[next_] - in_place[low]))
 
 
-@njit(**JIT)
+@kernel
 def _of_sheets(own):
     """Return the squared thickness of those balls that hold a sheet, and all balls' members."""
     squares, members = np.empty(len(own)), np.empty(len(own))

@@ -1,11 +1,10 @@
 """Rigid motions as 4x4 matrices: checked, inverted, and the exponential of a twist."""
 
 import numpy as np
-from numba import njit
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import InvalidTransform
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 ORTHONORMALITY_TOLERANCE = 1e-3
 LAST_ROW_TOLERANCE = 1e-6  # a small translation there is a transposed matrix
@@ -52,7 +51,7 @@ def inverse(transform):
     return _inverse(np.ascontiguousarray(transform, dtype=np.float64))
 
 
-@njit(**JIT)
+@kernel
 def _inverse(T):
     result = np.eye(4)
     for i in range(3):
@@ -62,7 +61,7 @@ def _inverse(T):
     return result
 
 
-@njit(**JIT)
+@kernel
 def inverses(transforms):
     """Return the inverses of (K, 4, 4) rigid transforms."""
     result = np.empty_like(transforms)
@@ -93,7 +92,7 @@ def exp(twist):
     return _exp(np.ascontiguousarray(twist, dtype=np.float64))
 
 
-@njit(**JIT)
+@kernel
 def _exp(twist):
     x, y, z = twist[0], twist[1], twist[2]
     a, b, c = _series(x * x + y * y + z * z)
@@ -108,7 +107,7 @@ def _exp(twist):
     return result
 
 
-@njit(**JIT)
+@kernel
 def _series(square):
     """Return sin a / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of an angle's square."""
     if square < 1e-8:  # Taylor: the last two lose their digits
@@ -123,7 +122,7 @@ def log(transform):
     return _log(np.ascontiguousarray(transform, dtype=np.float64))
 
 
-@njit(**JIT)
+@kernel
 def _log(T):
     w, x, y, z = _quaternion(T)
     sine = np.sqrt(x * x + y * y + z * z)  # of half the angle
@@ -141,7 +140,7 @@ def _log(T):
     return result
 
 
-@njit(**JIT)
+@kernel
 def _quaternion(T):
     """Return (w, x, y, z), w >= 0, of a rotation, from the entry that has the most digits."""
     a, b, c = T[0, 0], T[1, 1], T[2, 2]
@@ -160,7 +159,7 @@ def _quaternion(T):
     return q[0] * f, q[1] * f, q[2] * f, q[3] * f
 
 
-@njit(**JIT)
+@kernel
 def _cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
@@ -170,7 +169,7 @@ def adjoint(transform):
     return adjoint_of(np.ascontiguousarray(transform, dtype=np.float64))
 
 
-@njit(**JIT)
+@kernel
 def adjoint_of(T):
     """Return what `adjoint` does, in a kernel."""
     result = np.zeros((6, 6))

@@ -5,10 +5,9 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core import se3
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 FIRST_RELAXATION = 1.3  # the majoriser is wider than the cost: METHOD measured 25-30 % fewer steps
 MOST_RELAXATION = 4.0
@@ -83,7 +82,7 @@ def _step(matrix, gradient, motions):
     return motions @ along, free
 
 
-@njit(**JIT)
+@kernel
 def newton_step(matrix, gradient):
     """Return the step down, (n,), and the number of directions too loose for one.
 

@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from idem_ros.core.grid import bounds
-from idem_ros.core.jit import JIT
+from idem_ros.core.jit import kernel
 
 
 class Voxels(NamedTuple):
@@ -30,7 +29,7 @@ def reduce_to_voxels(points, raw, voxel_size):
     return Voxels(mean, reduced)
 
 
-@njit(**JIT)
+@kernel
 def _accumulate(points, raw, low, size, slots, corners, sums):
     """Sum the moments of each voxel about its own middle; a hash table finds the voxel."""
     mask = slots.shape[0] - 1
@@ -49,7 +48,7 @@ def _accumulate(points, raw, low, size, slots, corners, sums):
     return n
 
 
-@njit(**JIT)
+@kernel
 def _voxel_of(x, y, z, slots, mask, corners, n):
     """Return the number of a voxel, n for one not seen before."""
     h = x * 73856093 ^ y * 19349663 ^ z * 83492791
@@ -65,7 +64,7 @@ def _voxel_of(x, y, z, slots, mask, corners, n):
         slot = (slot + 1) & mask
 
 
-@njit(**JIT)
+@kernel
 def _add(m, dx, dy, dz, raw, i):
     w = 1.0
     if raw.shape[0] > 0:
@@ -84,7 +83,7 @@ def _add(m, dx, dy, dz, raw, i):
     m[9] += w * dz * dz
 
 
-@njit(**JIT)
+@kernel
 def _to_means(sums, corners, low, size, mean, raw):
     """Turn sums about a voxel's middle into mean, count and scatter about the mean."""
     for v in range(mean.shape[0]):

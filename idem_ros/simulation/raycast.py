@@ -1,10 +1,11 @@
 """Ray casting: the distance along each ray to the nearest surface of a scene."""
 
 import numpy as np
-from numba import njit
+
+from idem_ros.core.jit import compiler
 
 # No fastmath and no parallel sums: the same scene and rays give the same bits everywhere.
-JIT = {'nogil': True, 'cache': True}
+kernel = compiler(nogil=True)
 NEAREST = 1e-9  # [m]: a ray that starts on a surface does not hit it
 
 
@@ -51,7 +52,7 @@ def bounding_spheres(scene):
     ) + np.array([0.0, 0.0, 0.0, 1e-6])
 
 
-@njit(**JIT)
+@kernel
 def _cast(origin, rays, max_range, bounds, triangles, boxes, cylinders, spheres):
     first_box = len(triangles)
     first_cylinder = first_box + len(boxes)
@@ -79,7 +80,7 @@ def _cast(origin, rays, max_range, bounds, triangles, boxes, cylinders, spheres)
     return ranges
 
 
-@njit(**JIT)
+@kernel
 def _misses(bounds, k, ray, limit):
     """Whether the ray passes a bounding sphere by, or meets it only beyond `limit` or behind."""
     x, y, z, radius = bounds[k, 0], bounds[k, 1], bounds[k, 2], bounds[k, 3]
@@ -89,7 +90,7 @@ def _misses(bounds, k, ray, limit):
     return x * x + y * y + z * z - along * along > radius * radius
 
 
-@njit(**JIT)
+@kernel
 def _to_triangle(triangles, k, origin, ray):
     """Möller and Trumbore: hit = corner + a u + b v with a, b >= 0 and a + b <= 1."""
     cx, cy, cz = triangles[k, 0, 0], triangles[k, 0, 1], triangles[k, 0, 2]
@@ -111,7 +112,7 @@ def _to_triangle(triangles, k, origin, ray):
     return distance if distance > NEAREST else np.inf
 
 
-@njit(**JIT)
+@kernel
 def _to_box(boxes, k, origin, ray):
     """Slabs, in the box's own frame."""
     sx, sy, sz = origin[0] - boxes[k, 0], origin[1] - boxes[k, 1], origin[2] - boxes[k, 2]
@@ -132,7 +133,7 @@ def _to_box(boxes, k, origin, ray):
     return _first_ahead(enter, leave)
 
 
-@njit(**JIT)
+@kernel
 def _to_cylinder(cylinders, k, origin, ray):
     """The overlap of two intervals: inside the infinite cylinder, and between the two ends."""
     sx, sy = origin[0] - cylinders[k, 0], origin[1] - cylinders[k, 1]
@@ -159,7 +160,7 @@ def _to_cylinder(cylinders, k, origin, ray):
     return _first_ahead(enter, leave)
 
 
-@njit(**JIT)
+@kernel
 def _to_sphere(spheres, k, origin, ray):
     sx, sy, sz = origin[0] - spheres[k, 0], origin[1] - spheres[k, 1], origin[2] - spheres[k, 2]
     half = sx * ray[0] + sy * ray[1] + sz * ray[2]
@@ -169,7 +170,7 @@ def _to_sphere(spheres, k, origin, ray):
     return _first_ahead(-half - np.sqrt(root), -half + np.sqrt(root))
 
 
-@njit(**JIT)
+@kernel
 def _first_ahead(enter, leave):
     if enter > NEAREST:
         return enter
