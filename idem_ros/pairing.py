@@ -14,7 +14,7 @@ from idem_ros.guesses import (
     StreamedGuesses,
 )
 from idem_ros.stamps import DISORDER, NotYet, StampOrder
-from idem_ros.targets import PairingConfig, Targets
+from idem_ros.targets import PairingConfig, Targets, UnusableTarget
 from idem_ros.transform_message import stamp_ns
 from idem_ros.transform_tree import TransformTree
 
@@ -39,10 +39,11 @@ class Pair:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A source that no pair was made of, and why."""
+    """A source that no pair was made of, or a target that none is made with, and why."""
 
     stamp: int
     reason: str
+    role: str = 'source'
 
 
 class Pairing:
@@ -61,11 +62,12 @@ class Pairing:
             was set back behind. Targets and guesses that fall out have been superseded; what that
             costs shows here.
         refused: sources that have no usable guess or target, or frames that contradict it.
+        refused_targets: targets that cannot be used, or contradict the frames of the guess.
     """
 
     def __init__(self, config=None, guess_config=None):
         self.dropped = 0
-        self.refused = 0
+        self.refused = self.refused_targets = 0
         self._config = config or PairingConfig()
         self._guess_config = guess_config or GuessConfig()
         self._guesses = _guesses_of(self._guess_config.type)
@@ -96,15 +98,18 @@ class Pairing:
         return self._order.last_jump
 
     def configure(self, config, guess_config):
-        """Take other parameters for the pairs to come; of another type, guesses begin anew."""
+        """Take other parameters for the pairs to come; of another type, guesses begin anew.
+
+        Targets that could not be used with those before are tried once more.
+        """
+        self._targets.forgive()
         if guess_config.type != self.guess_type:
             self._guesses = _guesses_of(guess_config.type)
         self._config, self._guess_config = config, guess_config
 
     def add_target(self, message):
-        """Keep a target cloud; return the pairs it completes."""
-        self._targets.add(message)
-        return self._complete()
+        """Keep a target cloud, where it can be used; return the pairs it completes."""
+        return self._complete() if self._keep_target(self._targets.add, message) else []
 
     def add_source(self, message):
         """Keep a source cloud; return the pairs it completes."""
@@ -118,6 +123,16 @@ class Pairing:
             self.dropped += 1
         return pairs
 
+    def add_scan(self, message):
+        """Keep a cloud of a topic of sources that are targets, too: of those after them.
+
+        Returns:
+            The pairs it completes; the first scan has none, and is refused.
+        """
+        pairs = self.add_source(message)
+        self._keep_target(self._targets.add_source, message)
+        return pairs + self._complete()
+
     def add_guess(self, message):
         """Keep an initial guess, or a TFMessage of /tf; return the pairs it completes."""
         for stream, stamp in self._guesses.stamps(message):
@@ -130,6 +145,29 @@ class Pairing:
         """Keep a TFMessage of /tf_static; return the pairs it completes."""
         self._guesses.add_static(message)
         return self._complete()
+
+    def without_target(self, pair, error):
+        """Return the pair of the same source with another target: its own turned out unusable.
+
+        Args:
+            pair: of this pairing.
+            error: `UnusableTarget`, why.
+
+        Raises:
+            UnusableTarget: the same, where there is no other; if something came of it all the
+                same, it may come again.
+        """
+        is_news = self._targets.refuse(pair.target, str(error))
+        try:
+            instead = self._pair_of(pair.source)
+        except IdemError:
+            if error.refinement is not None:
+                self._targets.forgive(pair.target)
+            raise error from None
+        finally:
+            if is_news:
+                self._note_target(pair.target, str(error))
+        return instead
 
     def drop_sources(self):
         """Forget the sources that wait, and count them as dropped."""
@@ -160,7 +198,7 @@ class Pairing:
         sources = self._sources
         has_target, has_guess = bool(self._targets), bool(self._guesses)
         if sources and has_target:
-            has_target = any(self._comes(self._target_of, source) for source in sources)
+            has_target = any(self._comes(self._targets_of, source) for source in sources)
         if sources and has_guess:
             has_guess = any(
                 self._comes(self._guess_of, source, self._likely_target(source))
@@ -191,7 +229,25 @@ class Pairing:
         return pairs
 
     def _pair_of(self, source):
-        target = _named('target', self._target_of, source)
+        targets = _named('target', self._targets_of, source)
+        errors = []
+        for target in targets:
+            try:
+                pair = self._pair_with(target, source)
+            except NotYet as missing:
+                if not missing.is_doubtful:
+                    raise
+                errors.append(missing)
+            except IdemError as error:
+                errors.append(error)
+            else:
+                for passed, error in zip(targets, errors, strict=False):
+                    if self._targets.pass_over(passed):
+                        self._note_target(passed, f'target: it is passed over: {error}')
+                return pair
+        raise errors[0]
+
+    def _pair_with(self, target, source):
         guess = _named('initial guess', self._guess_of, source, target)
         reason = frame_contradiction(
             'guess',
@@ -202,12 +258,12 @@ class Pairing:
             raise IdemError(reason)
         return Pair(target, source, guess, self.jumps)
 
-    def _target_of(self, source):
-        return self._targets.of_source(stamp_ns(source), self._config)
+    def _targets_of(self, source):
+        return self._targets.of_source(source, self._config)
 
     def _likely_target(self, source):
         try:
-            return self._target_of(source)
+            return self._targets_of(source)[0]
         except IdemError:
             return None
 
@@ -218,6 +274,18 @@ class Pairing:
     def _refuse(self, source, error):
         self.refused += 1
         self._refusals.append(Refusal(stamp_ns(source), str(error)))
+
+    def _keep_target(self, keep, message):
+        try:
+            keep(message)
+        except IdemError as error:
+            self._note_target(message, f'target: {error}')
+            return False
+        return True
+
+    def _note_target(self, message, reason):
+        self.refused_targets += 1
+        self._refusals.append(Refusal(stamp_ns(message), reason, 'target'))
 
     def _forget_after(self, stamp):
         stamp += DISORDER  # up to there it may be of the new pass, or out of order
@@ -276,3 +344,27 @@ def frame_contradiction(name, frames, cloud_frames):
                 f'{of_cloud!r}; they must be the same'
             )
     return ''
+
+
+def refined(refine, pair, pairing):
+    """Refine a pair; where its target turns out unusable, its source with another target.
+
+    Args:
+        refine: takes a `Pair`; returns what comes of it.
+        pair: of the pairing.
+        pairing: has `without_target`, as `Pairing` does.
+
+    Raises:
+        IdemError: what the refinement raises; `UnusableTarget` where there is no other target, and
+            nothing came of it.
+    """
+    while True:
+        try:
+            return refine(pair)
+        except UnusableTarget as error:
+            try:
+                pair = pairing.without_target(pair, error)
+            except UnusableTarget:
+                if error.refinement is None:
+                    raise
+                return error.refinement

@@ -10,6 +10,7 @@ from idem_ros.core.exceptions import InvalidCloud
 
 FLOAT32, FLOAT64 = 7, 8
 COORDINATE_TYPES = {FLOAT32: 'f4', FLOAT64: 'f8'}
+BLOCK = 4096  # points looked at in one go
 
 
 class InvalidPointCloud2(InvalidCloud):
@@ -65,22 +66,68 @@ def read_points(message):
     Raises:
         InvalidPointCloud2: its fields, sizes and data contradict each other, or none is usable.
     """
+    points = _stacked(_columns(message))
+    usable, finite = _usable(points)
+    dropped_nonfinite = int(len(points) - finite.sum())
+    dropped_zero = int(len(points) - usable.sum()) - dropped_nonfinite
+    if not usable.any():
+        raise InvalidPointCloud2(
+            f'none of its {len(points)} points is usable: {dropped_nonfinite} not finite, '
+            f'{dropped_zero} exactly zero'
+        )
+    kept = points if usable.all() else points[usable]
+    return PointsRead(kept, dropped_nonfinite, dropped_zero)
+
+
+def require_points(message, least):
+    """Refuse a PointCloud2 that `read_points` would, or of fewer usable points, without a copy.
+
+    It looks no farther into the points than to the least number of usable ones.
+
+    Raises:
+        InvalidPointCloud2: it says what is wrong with it.
+    """
+    columns = _columns(message)
+    rows, per_row = columns[0].shape
+    step = max(BLOCK // per_row, 1)
+    found = 0
+    for begin in range(0, rows, step):
+        block = _stacked([column[begin : begin + step] for column in columns])
+        found += int(_usable(block)[0].sum())
+        if found >= least:
+            return
+    raise InvalidPointCloud2(
+        f'of its {rows * per_row} points {found} are usable (finite, and not exactly zero); '
+        f'{least} are needed'
+    )
+
+
+def _columns(message):
+    """Return x, y and z as views into the message, each (rows, points per row)."""
     try:
         data = np.frombuffer(message.data, dtype=np.uint8)
     except (TypeError, ValueError, BufferError) as error:
         raise InvalidPointCloud2(f'its data is not a buffer of bytes: {error}') from error
     height, width, row_step = _checked_size(message, data.size)
     order = '>' if message.is_bigendian else '<'
+    # three separate fields fit into a point, so the data bounds the number of points
     coordinates = _coordinates(message)
-    # only now: three separate fields fit into a point, so the data bounds the number of points
-    points = np.empty((height * width, 3))
-    for axis, (offset, dtype) in enumerate(coordinates):
-        column = np.ndarray(
-            (height, width), order + dtype, data, offset, (row_step, message.point_step)
-        )
-        with np.errstate(invalid='ignore'):  # signalling NaNs are dropped below
+    step = int(message.point_step)
+    shape, strides = (height, width), (row_step, step)
+    if height == 1 or row_step == width * step:
+        shape, strides = (height * width, 1), (step, step)
+    return [
+        np.ndarray(shape, order + dtype, data, offset, strides) for offset, dtype in coordinates
+    ]
+
+
+def _stacked(columns):
+    """Copy three views (rows, points per row) as (N, 3) points."""
+    points = np.empty((columns[0].size, 3))
+    with np.errstate(invalid='ignore'):  # signalling NaNs are dropped later
+        for axis, column in enumerate(columns):
             points[:, axis] = column.reshape(-1)
-    return _usable(points)
+    return points
 
 
 def pack_points(points, dtype=np.float32, columns=None):
@@ -171,15 +218,6 @@ def _checked_field(field, point_step):
 
 
 def _usable(points):
+    """Return (N,) bool: which points are usable, and which are finite."""
     finite = np.isfinite(points).all(axis=1)
-    zero = ~points.any(axis=1)
-    usable = finite & ~zero
-    dropped_zero = int(zero.sum())
-    dropped_nonfinite = int(len(points) - finite.sum())
-    if not usable.any():
-        raise InvalidPointCloud2(
-            f'none of its {len(points)} points is usable: {dropped_nonfinite} not finite, '
-            f'{dropped_zero} exactly zero'
-        )
-    kept = points if usable.all() else points[usable]
-    return PointsRead(kept, dropped_nonfinite, dropped_zero)
+    return finite & points.any(axis=1), finite

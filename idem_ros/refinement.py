@@ -12,11 +12,13 @@ from idem_ros.core import (
     IdemError,
     RegistrationConfig,
     RegistrationResult,
+    Status,
     q_tot,
     register,
 )
 from idem_ros.pointcloud2 import PointsRead, read_points
 from idem_ros.preprocessing import Preprocessed, PreprocessingConfig, preprocess
+from idem_ros.targets import LEAST_POINTS, UnusableTarget
 
 
 class StageTimes(NamedTuple):
@@ -123,6 +125,7 @@ class Refiner:
             `Refinement`; whether it converged is its `result.status`.
 
         Raises:
+            UnusableTarget: the target cannot be used, but another might.
             IdemError: a cloud cannot be used; the message says which and why.
         """
         watch, kept = Stopwatch(), self._target
@@ -140,7 +143,7 @@ class Refiner:
         self.took_part = TookPart(*clouds, config)
         self._last = self._last_after(pair, frames, result)
         fresh = [each for each in (target, source) if each is not kept]
-        return Refinement(
+        refinement = Refinement(
             stamp=pair.stamp,
             target_frame=frames[0],
             source_frame=frames[1],
@@ -156,6 +159,8 @@ class Refiner:
                 judging=watch.lap(),
             ),
         )
+        _require_enough(target.cloud, config, refinement)
+        return refinement
 
     def _guess_of(self, pair, frames) -> NDArray:
         if pair.guess.T_target_source is not None:
@@ -173,9 +178,27 @@ class Refiner:
     def _prepared_target(self, message, preprocessing) -> PreparedCloud:
         kept_of = self._target_of
         if not kept_of or message is not kept_of[0] or preprocessing != kept_of[1]:
-            self._target = prepared('target', message, preprocessing)
+            try:
+                self._target = prepared('target', message, preprocessing)
+            except IdemError as error:
+                raise UnusableTarget(str(error)) from error
             self._target_of = message, preprocessing
         return self._target
+
+
+def _require_enough(target, config, refinement):
+    """Refuse a target of which nothing could be evaluated, with what came of it all the same."""
+    if refinement.result.radius > 0.0 or refinement.result.status is Status.NO_OVERLAP:
+        return
+    size, why = config.voxel_size, ''
+    points = target if size is None else target.reduced(size)
+    if len(points) < LEAST_POINTS:
+        of_what = 'points take part' if size is None else f'voxels of {size:g} m are left'
+        why = f'{len(points)} {of_what}; {LEAST_POINTS} are needed'
+    elif not np.ptp(points.points, axis=0).any():
+        why = f'all of its {len(points)} points are in one place'
+    if why:
+        raise UnusableTarget(f'target: {why}', refinement)
 
 
 def _frames_of(pair):
@@ -219,7 +242,8 @@ def prepared(role, message, preprocessing) -> PreparedCloud:
     reading_ms = watch.lap()
     is_target = role == 'target'
     kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
-    return PreparedCloud(read, kept, Cloud(kept.points), reading_ms, watch.lap())
+    cloud = _named(role, Cloud, kept.points)
+    return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
 
 
 class Stopwatch:

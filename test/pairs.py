@@ -1,16 +1,25 @@
-"""Clouds and guesses as plain records, of which the pairing reads the headers only."""
+"""Clouds and guesses as plain records."""
 
+import itertools
 from types import SimpleNamespace as Record
 
+import numpy as np
 from poses import SECOND, header
 from poses import transform as guess_message
 
+from idem_ros.pointcloud2 import pack_points
+
+POINTS = np.arange(1.0, 31.0).reshape(10, 3)
+NUMBERS = itertools.count()
 LONG_AGO = 100 * SECOND
 LATER = LONG_AGO + 20 * SECOND
 
 
-def cloud(stamp, frame=''):
-    return Record(header=header(stamp, frame))
+def cloud(stamp, frame='', points=None):
+    """A cloud like no other, unless its points are given."""
+    packed = pack_points(POINTS + next(NUMBERS) if points is None else points)
+    fields = [Record(name=n, offset=o, datatype=d, count=c) for n, o, d, c in packed.fields]
+    return Record(**{**vars(packed), 'fields': fields, 'header': header(stamp, frame)})
 
 
 def guess(stamp, frame='', child=''):

@@ -140,6 +140,17 @@ def test_a_source_that_is_refused_is_reported_with_the_reason(folder, rng, capsy
     assert "1 x source: it has no field 'z'; its fields: x, y" in out
 
 
+def test_one_topic_as_target_and_source_registers_each_scan_to_the_one_before(folder, capsys):
+    topics = ['--target-topic', '/source', '--source-topic', '/source']
+    main(['replay', 'scans.mcap', *topics, '--initial-guess-type', 'identity', '--json', 'r.json'])
+    out = capsys.readouterr().out
+    frames = json.loads((folder / 'r.json').read_text())['frames']
+    assert [frame['target_frame'] for frame in frames] == ['lidar', 'lidar']
+    assert 'target and source are one topic, /source' in out
+    assert '--sequence scan' in out
+    assert 'it is the first of its topic' in out
+
+
 def test_where_no_pair_is_registered_it_says_so_and_the_exit_code_is_1(folder, capsys):
     result = ['--json', 'r.json', '--tum', 'r.tum']
     assert main(['replay', 'scans.mcap', '--voxel-size', '1000', *result]) == 1

@@ -66,7 +66,9 @@ def _pairs(recording, result, stamps):
     topics = find_topics(recording, *_topics_of(result))
     pairing = Pairing(settings.pairing)
     pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
-    add = {topics.target: pairing.add_target, topics.source: pairing.add_source}
+    is_one = topics.target == topics.source
+    add_source = pairing.add_scan if is_one else pairing.add_source
+    add = {topics.target: pairing.add_target, topics.source: add_source}
     for topic, _, message in recording.messages(list(add)):
         for pair in add[topic](message):
             if pair.stamp in stamps:

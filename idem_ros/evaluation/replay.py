@@ -15,7 +15,7 @@ from idem_ros.evaluation.settings import Settings
 from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
 from idem_ros.guesses import STREAMED, GuessConfig
-from idem_ros.pairing import Pairing, PairingConfig, Refusal
+from idem_ros.pairing import Pairing, PairingConfig, Refusal, refined
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
@@ -114,9 +114,10 @@ def _inputs(pairing, topics):
     """Return what takes the messages of each topic."""
     if _lacks_guess(pairing, topics):
         pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
+    is_one = topics.target == topics.source
     inputs = {
         topics.target: pairing.add_target,
-        topics.source: pairing.add_source,
+        topics.source: pairing.add_scan if is_one else pairing.add_source,
         topics.guess: pairing.add_guess,
         topics.tf: pairing.add_guess,
         topics.tf_static: pairing.add_static_transforms,
@@ -137,9 +138,9 @@ class _Lane:
         self.method = settings.method
         self.results, self.refused = Spool(), Spool()
 
-    def outcome(self, pair):
+    def outcome(self, pair, pairing):
         try:
-            return self.refiner.refine(pair)
+            return refined(self.refiner.refine, pair, pairing)
         except IdemError as error:
             return Refusal(pair.stamp, str(error))
 
@@ -160,6 +161,8 @@ class _Pass:
     selection: Selection
     truths: Truths = field(default_factory=Truths)
     refused: Spool = field(default_factory=Spool)
+    refused_target: str = ''
+    """Why the first of those was refused."""
     stamps: array = field(default_factory=lambda: array('q'))
     """Of the sources that were paired [ns]."""
 
@@ -190,12 +193,15 @@ class _Pass:
             return
         for pair in self.inputs[topic](message):
             # all of them first: after an interruption each lane has the same pairs
-            outcomes = [lane.outcome(pair) for lane in self.lanes]
+            outcomes = [lane.outcome(pair, self.pairing) for lane in self.lanes]
             self.stamps.append(pair.stamp)
             for lane, outcome in zip(self.lanes, outcomes, strict=True):
                 lane.keep(log_time, outcome)
         for refusal in self.pairing.take_refusals():
-            self.refused.append(refusal)
+            if refusal.role == 'target':
+                self.refused_target = self.refused_target or refusal.reason
+            else:
+                self.refused.append(refusal)
 
     def finished(self, path, warnings, interrupted):
         replays = [self._finished(lane, path, interrupted) for lane in self.lanes]
@@ -226,6 +232,13 @@ class _Pass:
             yield 'interrupted: what came later in the recording is not in here'
         if _lacks_guess(self.pairing, self.topics):
             yield 'no guess topic: each source starts from the identity'
+        if self.topics.target == self.topics.source:
+            yield (
+                f'target and source are one topic, {self.topics.source}: each scan is registered '
+                'to the one before it, never to itself; --sequence scan chains them'
+            )
+        if count := self.pairing.refused_targets:
+            yield f'{count} targets were refused and not used, the first: {self.refused_target}'
         if note := self.selection.note():
             yield note
         if self.pairing.jumps:

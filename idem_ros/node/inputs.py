@@ -1,5 +1,6 @@
 """What the node listens to: subscriptions, pairing, and what it waits for."""
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -9,12 +10,12 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from idem_ros.guesses import GuessConfig
-from idem_ros.node.interface import TF_INPUTS
+from idem_ros.node.interface import INPUTS, TF_INPUTS
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import require_messages, subscribe
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing import Pair, Pairing, Refusal
-from idem_ros.targets import PairingConfig
+from idem_ros.targets import PairingConfig, UnusableTarget
 from idem_ros.transform_message import stamp_ns
 
 RECEIPTS_KEPT = 64
@@ -22,9 +23,13 @@ GUESSES = ('initial_guess', *TF_INPUTS)
 
 
 class Inputs:
-    """Subscribes for a node and pairs what comes; all calls are from the executor's thread.
+    """Subscribes for a node and pairs what comes.
 
-    Targets and guesses are listened to from `open` on, sources between `listen` and `mute`.
+    All calls are from the executor's thread, but for `without_target`, which is from the worker's.
+
+    Targets and guesses are listened to from `open` on, sources between `listen` and `mute`. Where
+    target and source are one topic, that is so from `listen` on: each scan is a target to the one
+    after it.
 
     Args:
         node: listens.
@@ -46,7 +51,9 @@ class Inputs:
         self._traffic = traffic
         self._on_pair, self._on_refusal, self._on_jump = on_pair, on_refusal, on_jump
         self.pairing = Pairing()
+        self.are_one = self._topic_of('target') == self._topic_of('source')
         self.subscriptions = {}
+        self._lock = threading.RLock()  # around the pairing
         self._quality = SubscriptionConfig()
         self._receipts: deque[tuple[int, float]] = deque(maxlen=RECEIPTS_KEPT)
         self._jumps_told = 0
@@ -60,7 +67,7 @@ class Inputs:
             InvalidConfig: the messages of the guesses are not installed.
         """
         self._quality = config
-        self._subscribe(('target', *GUESSES))
+        self._subscribe(GUESSES if self.are_one else ('target', *GUESSES))
         backwards = JumpThreshold(
             min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
         )
@@ -71,11 +78,17 @@ class Inputs:
     def listen(self) -> None:
         """Begin to listen to sources."""
         self._subscribe(('source',))
+        if self.are_one:
+            self._node.get_logger().info(
+                f'target and source are one topic, {self._topic_of("source")}: each scan is '
+                'registered to the one before it'
+            )
 
     def mute(self) -> None:
         """Listen to no more sources; those that wait are dropped and counted."""
         self._unsubscribe(('source',))
-        self.pairing.drop_sources()
+        with self._lock:
+            self.pairing.drop_sources()
 
     def close(self) -> None:
         """Listen to nothing any more, and forget what came. May be repeated."""
@@ -83,7 +96,8 @@ class Inputs:
         if self._clock_watch is not None:
             self._clock_watch.unregister()
             self._clock_watch = None
-        self.pairing.forget()
+        with self._lock:
+            self.pairing.forget()
 
     def configure(self, config: PairingConfig, guess_config: GuessConfig) -> None:
         """Take other parameters for the pairs to come; for another type of guess, subscribe anew.
@@ -94,10 +108,21 @@ class Inputs:
         is_other = guess_config.type != self.pairing.guess_type
         if is_other:
             require_messages(guess_config.type)
-        self.pairing.configure(config, guess_config)
-        if is_other and 'target' in self.subscriptions:
+        with self._lock:
+            self.pairing.configure(config, guess_config)
+        if is_other and self._clock_watch is not None:
             self._unsubscribe(GUESSES)
             self.subscribe_anew()
+
+    def without_target(self, pair: Pair, error: UnusableTarget) -> Pair:
+        """Pair a source with another target, see `Pairing.without_target`; for the worker."""
+        with self._lock:
+            return self.pairing.without_target(pair, error)
+
+    def attend(self) -> None:
+        """Do what no message brings about: to be called every second, see `subscribe_anew`."""
+        self._tell_refusals()
+        self.subscribe_anew()
 
     def subscribe_anew(self) -> None:
         """Subscribe to guesses of another type, where that is not done yet.
@@ -116,13 +141,14 @@ class Inputs:
 
     def what_it_waits_for(self) -> str:
         """Say in words what the next pair lacks, and why."""
-        missing = self.pairing.waiting_for()
+        with self._lock:
+            missing, why = self.pairing.waiting_for(), self.pairing.why_it_waits()
         topics = [
             f'{each.topic_name} has {self._node.count_publishers(each.topic_name)} publishers'
             for name, each in self.subscriptions.items()
             if ('initial_guess' if name in TF_INPUTS else name) in missing.split(' and ')
         ]
-        reasons = [self.pairing.why_it_waits(), self._why_time_stands_still(), self._hindrance]
+        reasons = [why, self._why_time_stands_still(), self._hindrance]
         return '; '.join([f'waiting for {missing} ({", ".join(topics)})', *filter(None, reasons)])
 
     def _why_time_stands_still(self) -> str:
@@ -133,7 +159,7 @@ class Inputs:
     def _subscribe(self, names: tuple[str, ...]) -> None:
         receivers = {
             'target': self.pairing.add_target,
-            'source': self.pairing.add_source,
+            'source': self.pairing.add_scan if self.are_one else self.pairing.add_source,
             'initial_guess': self.pairing.add_guess,
             'tf': self.pairing.add_guess,
             'tf_static': self.pairing.add_static_transforms,
@@ -153,13 +179,23 @@ class Inputs:
     def _taking(self, name: str, add: Callable) -> Callable:
         def on_message(message):
             self._note(name, message)
-            for pair in add(message):
+            with self._lock:
+                pairs = add(message)
+            for pair in pairs:
                 self._on_pair(pair, self._receipt_of(pair.source))
             self._tell_jumps()
-            for refusal in self.pairing.take_refusals():
-                self._on_refusal(refusal)
+            self._tell_refusals()
 
         return on_message
+
+    def _tell_refusals(self) -> None:
+        with self._lock:
+            refusals = self.pairing.take_refusals()
+        for refusal in refusals:
+            self._on_refusal(refusal)
+
+    def _topic_of(self, name: str) -> str:
+        return self._node.resolve_topic_name(INPUTS[name].name)
 
     def _note(self, name: str, message) -> None:
         now = time.monotonic()
@@ -175,7 +211,8 @@ class Inputs:
         return next((at for each, at in reversed(self._receipts) if each == id(source)), None)
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
-        self.pairing.clock_goes_back(self._node.get_clock().now().nanoseconds)
+        with self._lock:
+            self.pairing.clock_goes_back(self._node.get_clock().now().nanoseconds)
         self._tell_jumps()
 
     def _tell_jumps(self) -> None:

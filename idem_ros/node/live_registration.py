@@ -22,7 +22,7 @@ from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.node.worker import LatestOnlyWorker
-from idem_ros.pairing import Pair
+from idem_ros.pairing import Pair, refined
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.q_tot_slice import slice_of
 from idem_ros.refinement import Refinement, Refiner
@@ -186,7 +186,7 @@ class LiveRegistration:
 
     def _refine(self, job: Job) -> Refinement:
         self.traffic.worker.begin(time.monotonic())
-        return self._refiner.refine(job.pair)
+        return refined(self._refiner.refine, job.pair, self.inputs)
 
     def _publish(self, job: Job, refinement: Refinement) -> None:
         if not self.node.context.ok():
@@ -230,7 +230,7 @@ class LiveRegistration:
         self._report.clock_set_back(seconds(by), self._counts())
 
     def _report_period(self) -> None:
-        self.inputs.subscribe_anew()
+        self.inputs.attend()
         pairing, worker = self.inputs.pairing, self.worker
         if worker.is_busy:
             state = 'busy', 'a refinement is under way'
@@ -240,6 +240,7 @@ class LiveRegistration:
             state = 'waiting', self.inputs.what_it_waits_for()
         counts = {
             'refused': self.traffic.refused + pairing.refused,
+            'refused_targets': pairing.refused_targets,
             'waiting': pairing.waiting + worker.waiting,
         }
         names = sorted(self.inputs.subscriptions)
