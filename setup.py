@@ -31,6 +31,7 @@ setup(
         'mcap>=1.2',
         'plyfile',
         'pypcd4',
+        'pydantic>=2',
         'pyyaml',
         'tqdm',
     ],

@@ -1,12 +1,10 @@
 """A node's parameter file, read without ROS: YAML of nodes and their ros__parameters."""
 
 from dataclasses import fields
-from pathlib import Path
-
-import yaml
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.parameters import default_of, parameter_name, value_of
+from idem_ros.structured_text import UnreadableText, read_yaml
 
 NODE = 'idem_node'
 EVERY_NODE = ('/**', '/*')
@@ -29,15 +27,13 @@ def read_parameters(path):
         BadParameterFile: it is no such file, or has nothing to say to this node.
     """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
-        raise BadParameterFile(f'{path} cannot be read: {error.strerror or error}') from error
-    except (yaml.YAMLError, ValueError) as error:
-        raise BadParameterFile(f'{path} is no YAML: {" ".join(str(error).split())}') from error
+        content = read_yaml(path)
+    except UnreadableText as error:
+        raise BadParameterFile(str(error)) from error
     if not isinstance(content, dict):
         raise BadParameterFile(f'{path} holds no node; {EXPECTED}')
-    others = [str(node) for node in content if not _is_ours(str(node))]
-    ours = {node: section for node, section in content.items() if _is_ours(str(node))}
+    others = [node for node in content if not _is_ours(node)]
+    ours = {node: section for node, section in content.items() if _is_ours(node)}
     if not ours:
         raise BadParameterFile(f'{path} speaks to {", ".join(others) or "nobody"}; {EXPECTED}')
     parameters = {}
@@ -45,6 +41,11 @@ def read_parameters(path):
         if not (isinstance(section, dict) and isinstance(section.get(PARAMETERS), dict)):
             raise BadParameterFile(f'{path}: {node} has no {PARAMETERS}; {EXPECTED}')
         parameters.update(_flat(section[PARAMETERS]))
+    for name, value in parameters.items():
+        if isinstance(value, list) and any(isinstance(each, list | dict) for each in value):
+            raise BadParameterFile(
+                f'{path}: {name} is a list of lists; it must be one value, or a list of values'
+            )
     return parameters, others
 
 

@@ -11,7 +11,7 @@ def write_result(path, statuses=(), bag='run.mcap', refused=0, dropped=0, unpair
         {
             'stamp_ns': (i + 1) * 10**8,
             'source_frame': 'lidar',
-            'T_guess': [[1.0]],
+            'T_guess': [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
             'status': statuses[i] if statuses else 'converged',
             **{name: values[i] for name, values in columns.items()},
         }

@@ -63,9 +63,9 @@ def test_what_is_unknown_is_nan(tmp_path):
         ('[' * 100_000, 'it is no JSON'),
         ('[]', 'it lacks "frames" or "summary"'),
         ('{"target": "a.ply", "q_tot": 1}', 'it lacks "frames" or "summary"'),
-        (f'{{"frames": [1], "summary": {SUMMARY}}}', 'its "frames" are no list of records'),
-        (f'{{"frames": [{FRAME}], "summary": {{"frames": 1}}}}', 'its "summary" lacks a count'),
-        (f'{{"frames": [{{}}], "summary": {SUMMARY}}}', 'its frame 0 has no "stamp_ns"'),
+        (f'{{"frames": [1], "summary": {SUMMARY}}}', 'frames.0 is 1: '),
+        (f'{{"frames": [{FRAME}], "summary": {{"frames": 1}}}}', 'summary.refused is missing'),
+        (f'{{"frames": [{{}}], "summary": {SUMMARY}}}', 'frames.0.stamp_ns is missing'),
         (f'{{"frames": [{{"stamp_ns": 1{"0" * 400}}}]}}', 'is no number of JSON'),
         (
             f'{{"frames": [{{"stamp_ns": 1, "q": NaN}}], "summary": {SUMMARY}}}',

@@ -23,6 +23,7 @@ from idem_ros.commands import (
 )
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
+from idem_ros.printable import message_line
 
 COMMANDS = (
     register,
@@ -54,7 +55,7 @@ class _Version(argparse.Action):
 class _Parser(argparse.ArgumentParser):
     def error(self, message):
         """Say in one line what is wrong, where argparse prints the whole usage first."""
-        self.exit(USAGE, f'{self.prog}: error: {message} (see {self.prog} --help)\n')
+        self.exit(USAGE, f'{self.prog}: error: {message_line(message)} (see {self.prog} --help)\n')
 
     def add_subparsers(self, **options):
         """Add commands; who names none is shown what there are."""
@@ -76,7 +77,7 @@ def main(argv=None):
         sys.stdout.flush()
         return code
     except IdemError as error:
-        print(f'idem: error: {error}', file=sys.stderr)
+        print(f'idem: error: {message_line(error)}', file=sys.stderr)
         return USAGE if isinstance(error, UsageError) else FAILED
     except KeyboardInterrupt:
         print('idem: interrupted', file=sys.stderr)
@@ -85,7 +86,7 @@ def main(argv=None):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except OSError as error:  # a full disk, a file that vanished: nothing of ours to mend
-        print(f'idem: error: {error}', file=sys.stderr)
+        print(f'idem: error: {message_line(error)}', file=sys.stderr)
         return FAILED
 
 

@@ -3,14 +3,13 @@
 import operator
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import yaml
 
 from idem_ros.core.assessment import Verdict
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.status import Status
+from idem_ros.structured_text import UnreadableText, read_yaml
 
 EXPECTED = 'NAME[.STATISTIC] OP NUMBER, such as translation_error_m.p90 < 0.05'
 RULE = re.compile(
@@ -74,19 +73,16 @@ def read_rules(path):
         BadRules: names the file, the number of the rule and what would be right.
     """
     try:
-        # composed, not loaded: loading keeps the last of two lists `rules` and forgets the first
-        document = yaml.compose(Path(path).read_text(encoding='utf-8'), Loader=yaml.SafeLoader)
-    except OSError as error:
-        raise BadRules(f'{path} cannot be read: {error.strerror or error}') from error
-    except (yaml.YAMLError, ValueError) as error:
-        raise BadRules(f'{path} is no YAML: {" ".join(str(error).split())}') from error
-    keys = [key.value for key, _ in document.value] if _is(document, 'mapping') else []
-    if keys != ['rules'] or not _is(document.value[0][1], 'sequence'):
+        content = read_yaml(path)
+    except UnreadableText as error:
+        raise BadRules(f'{error}; it must hold one list named rules') from error
+    if not (isinstance(content, dict) and list(content) == ['rules']):
         raise BadRules(f'{path} must hold one list named rules, and nothing else')
-    nodes = document.value[0][1].value
-    if not nodes:
+    if not isinstance(content['rules'], list):
+        raise BadRules(f'{path} must hold one list named rules; its rules are no list')
+    if not content['rules']:
         raise BadRules(f'{path} holds no rule; one that holds for every result would be none')
-    return [_rule(node, f'{path}, rule {i}') for i, node in enumerate(nodes, start=1)]
+    return [_rule(each, f'{path}, rule {i}') for i, each in enumerate(content['rules'], start=1)]
 
 
 def findings(rules, results):
@@ -106,12 +102,9 @@ def findings(rules, results):
     return [[_finding(rule, result) for rule in rules] for result in results]
 
 
-def _is(node, kind):
-    return node is not None and node.id == kind
-
-
-def _rule(node, place):
-    text = node.value.strip() if _is(node, 'scalar') else f'a {node.id}'
+def _rule(given, place):
+    kinds = {dict: 'a mapping', list: 'a sequence'}
+    text = kinds.get(type(given)) or ('' if given is None else str(given).strip())
     match = RULE.fullmatch(text)
     if match is None:
         raise BadRules(f'{place} is {text!r}; it must be {EXPECTED}')

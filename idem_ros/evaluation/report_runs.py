@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.core import IdemError
 from idem_ros.core.se3 import checked_transform
-from idem_ros.evaluation.result_file import Result, UnreadableResult, read_result
+from idem_ros.evaluation.result_file import Result, read_result
 from idem_ros.evaluation.smoothness import second_differences
 
 POSES = {'T_target_source': '', 'T_guess': '_before'}
@@ -74,7 +73,7 @@ def read_runs(paths):
         [`Run`]
 
     Raises:
-        UnreadableResult: one of them is no result, or holds a transform that is none.
+        UnreadableResult: one of them is no result.
     """
     results = [read_result(path) for path in paths]
     stems = [Path(path).stem for path in paths]
@@ -97,20 +96,10 @@ def read_runs(paths):
 
 
 def poses(result, name):
-    """Return the transforms of that name, (N, 4, 4), or None where a frame has none.
-
-    Raises:
-        UnreadableResult: one of them is no rigid transform.
-    """
-    if not all(frame.get(name) for frame in result.frames):
+    """Return the transforms of that name, (N, 4, 4), or None where a frame has none."""
+    if not (result.frames and all(frame.get(name) for frame in result.frames)):
         return None
-    found = np.empty((len(result.frames), 4, 4))
-    for i, frame in enumerate(result.frames):
-        try:
-            found[i] = checked_transform(frame[name], name)
-        except IdemError as error:
-            raise UnreadableResult(f'{result.path}, frame {i}: {error}') from error
-    return found
+    return np.array([checked_transform(frame[name], name) for frame in result.frames])
 
 
 def _seconds(result, first):

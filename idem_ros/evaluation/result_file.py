@@ -1,6 +1,5 @@
 """What `idem replay --json` or `--out` wrote, read back: numbers of each frame, and counts."""
 
-import json
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.structured_text import parse_json
 
 STAMPS = ('stamp', 'stamp_ns')
 COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
@@ -87,31 +87,24 @@ def _text(path):
 
 def _parsed(path, text):
     try:
-        return json.loads(text.decode('utf-8'), parse_constant=_refuse, parse_int=_integer)
-    except (ValueError, RecursionError) as error:  # of JSON, of UTF-8, of a number
+        return parse_json(text)
+    except ValueError as error:  # of JSON, of UTF-8, of a number
         raise _no_result(path, f'it is no JSON: {error}') from error
 
 
 def _what_is_wrong(record):
+    from idem_ros.evaluation.result_schema import what_is_wrong
+
     if not (isinstance(record, dict) and {'frames', 'summary'} <= record.keys()):
         return 'it lacks "frames" or "summary"'
-    frames, summary = record['frames'], record['summary']
-    if not (isinstance(frames, list) and all(isinstance(frame, dict) for frame in frames)):
-        return 'its "frames" are no list of records'
-    if not (isinstance(summary, dict) and all(type(summary.get(n)) is int for n in COUNTS)):
-        return f'its "summary" lacks a count among {", ".join(COUNTS)}'
-    for i, frame in enumerate(frames):
-        if type(frame.get('stamp_ns')) is not int:
-            return f'its frame {i} has no "stamp_ns"'
-    if not isinstance(record.get('made_by', {}), dict):
-        return 'its "made_by" is no record'
+    if reason := what_is_wrong(record):
+        return reason
     kinds = {}
-    for frame in frames:
+    for frame in record['frames']:
         for name, value in frame.items():
-            if value is not None and kinds.setdefault(name, _is_number(value)) != _is_number(
-                value
-            ):
-                return f'its frames have {name!r} as a number and as something else'
+            kind = _is_number(value)
+            if value is not None and kinds.setdefault(name, kind) != kind:
+                return f'its frames have {name[:60]!r} as a number and as something else'
     return ''
 
 
@@ -124,12 +117,3 @@ def _no_result(path, reason):
 
 def _is_number(value):
     return value is None or (isinstance(value, Real) and not isinstance(value, bool))
-
-
-def _refuse(constant):
-    raise ValueError(f'{constant} is no number of JSON')
-
-
-def _integer(digits):
-    number = int(digits)
-    return number if abs(number) < 2**63 else _refuse(digits)

@@ -80,19 +80,19 @@ def from_record(record):
     """
     others = dict(record)
     parameters = dict(others.pop('parameters'))
-    configs = {
-        name: config_type(**_taken(config_type, parameters))
-        for name, config_type in _config_types().items()
-    }
-    known = {each.name for each in fields(Settings)} - set(configs)
-    unknown = [*parameters, *(others.keys() - known)]
-    if unknown:
-        raise UnknownSettings(
-            f'the settings {", ".join(sorted(unknown))} are unknown to this version'
-        )
     try:
+        configs = {
+            name: config_type(**_taken(config_type, parameters))
+            for name, config_type in _config_types().items()
+        }
+        known = {each.name for each in fields(Settings)} - set(configs)
+        unknown = [*parameters, *(others.keys() - known)]
+        if unknown:
+            raise UnknownSettings(
+                f'the settings {", ".join(sorted(unknown))} are unknown to this version'
+            )
         return Settings(**configs, **others)
-    except TypeError as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidConfig(f'the settings are none: {error}') from error
 
 
