@@ -71,8 +71,21 @@ def inverses(transforms):
 
 
 def transform_points(transform, points):
-    """Return R p + t for each row p of (N, 3) points."""
-    return points @ transform[:3, :3].T + transform[:3, 3]
+    """Return R p + t for each row p of (..., 3) points, the same bits on every processor."""
+    return rotate(transform[:3, :3], points) + transform[:3, 3]
+
+
+def rotate(rotation, vectors):
+    """Return R v for each row v of (..., 3) vectors, the same bits on every processor.
+
+    Written out: the product through BLAS has others, by the kernel it chooses.
+    """
+    v = np.asarray(vectors)[..., None]
+    return (
+        v[..., 0, :] * rotation[:, 0]
+        + v[..., 1, :] * rotation[:, 1]
+        + v[..., 2, :] * rotation[:, 2]
+    )
 
 
 def rotation_and_translation(transform):

@@ -31,9 +31,14 @@ def cloud_message(points, stamp, frame_id, dtype=np.float32):
     )
 
 
-def transform_message(transform, stamp, frame_id, child_frame_id):
-    """Return a geometry_msgs/TransformStamped of a (4, 4) transform: child frame in frame."""
+def transform_message(transform, stamp, frame_id, child_frame_id, decimals=None):
+    """Return a geometry_msgs/TransformStamped of a (4, 4) transform: child frame in frame.
+
+    With `decimals`, its translation and its quaternion are rounded to as many.
+    """
     translation, quaternion = translation_and_quaternion(transform)
+    if decimals is not None:
+        translation, quaternion = np.round(translation, decimals), np.round(quaternion, decimals)
     return _type(TRANSFORM)(
         header=header(stamp, frame_id),
         child_frame_id=child_frame_id,

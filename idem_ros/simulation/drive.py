@@ -1,9 +1,12 @@
 """Where the sensor goes: exact poses along a scene's route, and guesses off by an exact amount."""
 
+import math
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.se3 import rotate
 
 
 def drive(scene, scans, rng, height_m=1.8, lateral_m=0.0):
@@ -55,7 +58,7 @@ def perturbed(T, rotation_deg, translation_m, rng):
     """
     turn = Rotation.from_rotvec(np.radians(rotation_deg) * _direction(rng)).as_matrix()
     result = np.array(T, dtype=np.float64)
-    result[:3, :3] = result[:3, :3] @ turn
+    result[:3, :3] = rotate(result[:3, :3], turn.T).T
     result[:3, 3] += translation_m * _direction(rng)
     return result
 
@@ -79,4 +82,4 @@ def _arc_length(path):
 
 def _direction(rng):
     vector = rng.normal(size=3)
-    return vector / np.linalg.norm(vector)
+    return vector / math.hypot(*vector)

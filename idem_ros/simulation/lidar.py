@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.se3 import checked_transform
+from idem_ros.core.se3 import checked_transform, rotate
 from idem_ros.simulation.raycast import cast
 
 
@@ -69,7 +69,7 @@ def scan(scene, T_world_sensor, lidar, rng):
     # Drawn for every ray, hit or not: a change of the scene leaves the other rays' noise alone.
     noise = rng.normal(0.0, lidar.range_noise_m, len(directions))
     kept = rng.random(len(directions)) >= lidar.dropout
-    ranges = cast(scene, pose[:3, 3], directions @ pose[:3, :3].T, lidar.max_range_m)
+    ranges = cast(scene, pose[:3, 3], rotate(pose[:3, :3], directions), lidar.max_range_m)
     kept &= np.isfinite(ranges) & (ranges >= lidar.min_range_m)
     return directions[kept] * (ranges + noise)[kept, None]
 

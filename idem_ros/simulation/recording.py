@@ -14,7 +14,9 @@ GUESS_ROTATION_DEG, GUESS_TRANSLATION_M = 1.5, 0.3
 SCANNER = Lidar(azimuth_steps=560)
 MAPPER = Lidar(azimuth_steps=1200, lowest_deg=-30.0, highest_deg=25.0, range_noise_m=0.01)
 MAPPER_OFFSET_M = 1.2  # to the left of the route: another drive, on another day
-RESOLUTION = 1e-3  # [m]: coarser than what machines' arithmetic differs by
+# Both are coarser than what sines, norms and splines differ by from one machine to another.
+RESOLUTION = 1e-3  # [m], of points
+POSE_DECIMALS = 8  # of a translation [m] and a quaternion
 
 
 def drive_messages(scene, scans, map_points, rng):
@@ -37,7 +39,8 @@ def drive_messages(scene, scans, map_points, rng):
             ('/initial_guess', GUESS_DELAY, guess),
             ('/ground_truth', TRUTH_DELAY, T_map_lidar),
         ):
-            yield topic, stamp + delay, transform_message(pose, stamp, 'map', 'lidar')
+            message = transform_message(pose, stamp, 'map', 'lidar', POSE_DECIMALS)
+            yield topic, stamp + delay, message
 
 
 def map_of(scene, scans, map_points, rng):

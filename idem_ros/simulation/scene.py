@@ -4,6 +4,8 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from idem_ros.core.se3 import transform_points, translation
+
 
 def _rows(*shape):
     return field(default=(), metadata={'shape': shape})
@@ -52,15 +54,15 @@ def merged(parts, route=()):
 def placed(part, x, y, z=0.0, yaw=0.0):
     """Return a part turned by `yaw` [rad] about the z axis, then moved to (x, y, z) [m]."""
     cos, sin = np.cos(yaw), np.sin(yaw)
-    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])  # for rows: p @ turn
-    shift = np.array([x, y, z])
+    T = translation((x, y, z))
+    T[:2, :2] = (cos, -sin), (sin, cos)
     boxes, cylinders, spheres = part.boxes.copy(), part.cylinders.copy(), part.spheres.copy()
-    boxes[:, :3] = boxes[:, :3] @ turn + shift
+    boxes[:, :3] = transform_points(T, boxes[:, :3])
     boxes[:, 6] += yaw
-    cylinders[:, :2] = cylinders[:, :2] @ turn[:2, :2] + shift[:2]
-    cylinders[:, 2:4] += z
-    spheres[:, :3] = spheres[:, :3] @ turn + shift
-    triangles, route = part.triangles @ turn + shift, part.route @ turn + shift
+    cylinders[:, :3] = transform_points(T, cylinders[:, :3])
+    cylinders[:, 3] += z
+    spheres[:, :3] = transform_points(T, spheres[:, :3])
+    triangles, route = (transform_points(T, points) for points in (part.triangles, part.route))
     return Scene(triangles, boxes, cylinders, spheres, route)
 
 
