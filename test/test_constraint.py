@@ -122,13 +122,11 @@ def strewn(rng, flat, count=3000):
     return points
 
 
-@pytest.mark.parametrize(
-    ('flat', 'free'),
-    [([2], 'free along x and y and about z'), ([1, 2], 'free along x and about x')],
-)
+@pytest.mark.parametrize(('flat', 'free'), [([2], 3), ([1, 2], 2)])
 def test_exact_planes_and_lines_hold_nothing_along_themselves(rng, flat, free):
     guess = se3.translation([0.01, 0.02, 0.005])
     result = register(strewn(rng, flat), strewn(rng, flat), guess)
     assert result.status is Status.DEGENERATE
-    assert result.assessment.free == free
+    assert len(result.free_motions) == free
+    assert 'one plane' in result.assessment.reason
     np.testing.assert_allclose(result.T_target_source[flat, 3], 0.0, atol=1e-6)

@@ -20,6 +20,7 @@ from idem_ros.core.constraint import hold_of
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.joint_entropy import between_origins, from_origins
 from idem_ros.core.metric import overlap_of
+from idem_ros.core.scope import judged_in_scope
 from idem_ros.core.stages import descend, prepare, stay
 from idem_ros.core.status import Status
 
@@ -88,6 +89,7 @@ def register(target, source, T_target_source=None, config=None):
     solve = Solve(result.status, descent.credibility, descent.first, T)
     gap = swap_gap(prepared, T, pose, hold) if config.assessment == 'swap' else np.nan
     said = judged(descent.joint, differences, pose, hold, result.overlap, source.origin, solve)
+    said = judged_in_scope(said, target, source, descent.joint, differences, pose)
     return replace(result, assessment=replace(said, swap_gap=gap))
 
 
