@@ -44,7 +44,9 @@ class _TemporaryLocator(InTreeCacheLocator):
 
     def __init__(self, py_func, py_file):
         super().__init__(py_func, py_file)
-        self._cache_path = str(_temporary_folder() / self.get_suitable_cache_subpath(py_file))
+        self._cache_path = str(
+            temporary_folder('kernels') / self.get_suitable_cache_subpath(py_file)
+        )
 
     @classmethod
     def from_function(cls, py_func, py_file):
@@ -164,9 +166,9 @@ def kept_in_words(cache) -> str:
     return 'once'
 
 
-def _temporary_folder() -> Path:
-    """Return a folder that only this user writes; OSError where there is none."""
-    folder = Path(tempfile.gettempdir(), f'idem_ros_kernels_{os.geteuid()}')
+def temporary_folder(what: str) -> Path:
+    """Return a folder for what is kept, which only this user writes; OSError: there is none."""
+    folder = Path(tempfile.gettempdir(), f'idem_ros_{what}_{os.geteuid()}')
     folder.mkdir(mode=0o700, exist_ok=True)
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid() or found.st_mode & OTHERS:

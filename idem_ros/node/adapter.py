@@ -20,8 +20,12 @@ class RegistrationNode(Node):
     def __init__(self, **node_options):
         super().__init__(NAME, **node_options)
         self.registration = LiveRegistration(self)
-        self.registration.open()
-        self.registration.start()
+        try:
+            self.registration.open()
+            self.registration.start()
+        except Exception:
+            self.destroy_node()  # at once: who waits for the garbage leaves its ports behind
+            raise
 
     def destroy_node(self):
         """Let the refinement under way end, join the worker, and destroy the node."""

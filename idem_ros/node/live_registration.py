@@ -9,9 +9,10 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from idem_ros.core import IdemError, RegistrationConfig, warm_up
+from idem_ros.core import IdemError, RegistrationConfig
 from idem_ros.guesses import GuessConfig
 from idem_ros.node.control import Answer, Control, answered
+from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import CONFIGS, INPUTS, TF_INPUTS
 from idem_ros.node.output_config import OutputConfig

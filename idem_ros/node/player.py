@@ -16,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 
 from idem_ros.core import IdemError
+from idem_ros.node.log_folder import logging_arguments
 from idem_ros.node.messages import message_class, time_message
 from idem_ros.recording.cdr import NotSendable, is_known, to_cdr
 from idem_ros.recording.reader import Recording
@@ -172,7 +173,7 @@ def playing_node(name: str) -> Iterator[Node]:
         raise SystemExit(128 + signum)
 
     before = {signum: signal.signal(signum, end) for signum in (signal.SIGINT, signal.SIGTERM)}
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=logging_arguments(), signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node(name)
         yield node

@@ -1,8 +1,9 @@
 """Run the node as a process: `ros2 run idem_ros idem_node`, or `idem_lifecycle_node`."""
 
 import argparse
-import signal
 import sys
+
+from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
 
 USAGE_ERROR = 2
 LONGEST_WAIT = 0.1  # [s] from a signal to the end of an idle node
@@ -14,7 +15,7 @@ DESCRIPTION = (
 
 
 def main(args: list[str] | None = None, is_managed: bool = False) -> int:
-    """Refine clouds until SIGINT or SIGTERM; one that comes during start-up counts after it.
+    """Refine clouds until SIGINT or SIGTERM; one may come while kernels are compiled, too.
 
     Args:
         args: command line with the program's name; None for that of the process.
@@ -23,12 +24,8 @@ def main(args: list[str] | None = None, is_managed: bool = False) -> int:
     Returns:
         0, or 2 where an argument or a parameter cannot be used (one line on stderr says why).
     """
-    received: list[int] = []
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        # it raises nothing: inside an import or a compilation that would come out as another
-        # error, or crash. Nor is it left to rclpy, which pulls the context from under the executor
-        signal.signal(signum, lambda signum, frame: received.append(signum))
-    return _run(args, received, is_managed)
+    note_signals()
+    return leave(_run(args, is_managed))
 
 
 def main_managed(args: list[str] | None = None) -> int:
@@ -36,7 +33,7 @@ def main_managed(args: list[str] | None = None) -> int:
     return main(args, is_managed=True)
 
 
-def _run(args: list[str] | None, received: list[int], is_managed: bool) -> int:
+def _run(args: list[str] | None, is_managed: bool) -> int:
     # late, with the handlers in place: importing and compiling take seconds
     import rclpy
     from rclpy.exceptions import NameValidationException
@@ -45,17 +42,21 @@ def _run(args: list[str] | None, received: list[int], is_managed: bool) -> int:
 
     from idem_ros.core import IdemError
     from idem_ros.node.dead_ports import no_dead_ports
+    from idem_ros.node.log_folder import logging_arguments
 
     node = None
     try:
         _refuse_own_arguments(args)
+        args = [*(sys.argv if args is None else args), *logging_arguments()]
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         with no_dead_ports(rclpy.get_default_context().get_domain_id()):
             node = _node_class(is_managed)()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while not received:
+        while not is_asked_for():
             executor.spin_once(timeout_sec=LONGEST_WAIT)
+    except AskedToEnd:
+        return 0
     except (IdemError, RuntimeError, NameValidationException) as error:
         if node is not None:
             raise

@@ -1,0 +1,71 @@
+"""How the process of a node is asked to end, and compiles its kernels so that it can."""
+
+import os
+import signal
+import sys
+import threading
+from concurrent.futures import Future, TimeoutError
+
+from idem_ros.core.exceptions import IdemError
+
+POLL = 0.1  # [s] from a signal to the end, at most
+_received: list[int] = []
+_compiling = threading.Event()
+
+
+class AskedToEnd(IdemError):
+    """A signal came while the node was not ready yet."""
+
+
+def note_signals() -> None:
+    """Take note of SIGINT and SIGTERM from now on."""
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        # it raises nothing: inside an import or a compilation that would come out as another
+        # error, or crash. Nor is it left to rclpy, which pulls the context from under the executor
+        signal.signal(signum, lambda signum, frame: _received.append(signum))
+
+
+def is_asked_for() -> bool:
+    """Whether a signal has come since `note_signals`."""
+    return bool(_received)
+
+
+def warm_up() -> None:
+    """Compile every kernel, or load it, in a thread of its own: a signal need not wait for it.
+
+    Raises:
+        AskedToEnd: a signal came first; the thread goes on, and `leave` ends it with the process.
+    """
+    done: Future = Future()
+    # daemon: an exception on its way out of the process must not wait for it
+    threading.Thread(target=_settle, args=(done,), name='idem_compiler', daemon=True).start()
+    while not is_asked_for():
+        try:
+            return done.result(timeout=POLL)
+        except TimeoutError:
+            continue
+    raise AskedToEnd('asked to end while kernels were compiled')
+
+
+def leave(code: int) -> int:
+    """Return an exit code, or end at once with it where kernels are still being compiled.
+
+    An interpreter that ends in order pulls the compiler's memory from under that thread.
+    """
+    if _compiling.is_set():
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    return code
+
+
+def _settle(done: Future) -> None:
+    from idem_ros.core import warm_up  # late: numba takes seconds where the disk is slow
+
+    _compiling.set()
+    try:
+        done.set_result(warm_up())
+    except Exception as error:
+        done.set_exception(error)
+    finally:
+        _compiling.clear()

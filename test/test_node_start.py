@@ -1,0 +1,77 @@
+"""The node starts without a home, and ends while it compiles."""
+
+import signal
+import subprocess
+import tempfile
+
+import pytest
+from live import LONG, own_environment, rclpy, wait_for_line  # noqa: F401  (the node needs it)
+
+# isort: split
+from idem_ros.node.child import NODE
+from idem_ros.node.dead_ports import FIRST_PORT, PORTS, SHARED_MEMORY
+from idem_ros.node.log_folder import WITHOUT_FILE, logging_arguments
+from idem_ros.node.soak.children import started
+
+PIPED = {'stderr': subprocess.PIPE, 'text': True}
+
+
+@pytest.fixture
+def no_home(tmp_path, monkeypatch):
+    """An environment in which ROS finds no folder for its log files."""
+    for name in ('ROS_LOG_DIR', 'ROS_HOME'):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / 'file').write_text('')
+    (tmp_path / 'tmp').mkdir()
+    monkeypatch.setenv('HOME', str(tmp_path / 'file'))
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path / 'tmp'))
+    return monkeypatch
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
+def test_signal_ends_a_node_that_compiles_without_waiting_for_it(signum, tmp_path):
+    environment = {**own_environment(), 'NUMBA_CACHE_DIR': str(tmp_path)}
+    with started(NODE, env=environment, **PIPED) as node:
+        wait_for_line(node.stderr, 'compiling kernels')
+        node.send_signal(signum)
+        _, errors = node.communicate(timeout=LONG)
+    assert (node.returncode, errors) == (0, '')
+    first = FIRST_PORT + PORTS * int(environment['ROS_DOMAIN_ID'])
+    ports = [SHARED_MEMORY / f'fastrtps_port{first + i}' for i in range(PORTS)]
+    assert not any(each.exists() for each in ports), 'the node left its shared memory behind'
+
+
+@pytest.mark.parametrize('home', [None, '', 'file'])
+def test_node_without_a_home_is_ready_and_says_where_its_log_is(home, tmp_path):
+    environment = {**own_environment(), 'TMPDIR': str(tmp_path), 'ROS_LOG_DIR': '', 'ROS_HOME': ''}
+    environment.pop('HOME', None)
+    if home is not None:
+        (tmp_path / 'file').write_text('')
+        environment['HOME'] = home and str(tmp_path / home)
+    with started(NODE, env=environment, **PIPED) as node:
+        line = node.stderr.readline()
+        wait_for_line(node.stderr, 'ready')
+    (folder,) = tmp_path.glob('idem_ros_log_*')
+    assert line.startswith(f'log files go to {folder} (')
+    assert list(folder.iterdir())
+
+
+def test_environment_that_names_a_folder_for_log_files_is_left_alone(no_home, tmp_path, caplog):
+    no_home.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
+    assert logging_arguments() == []
+    assert not caplog.records
+
+
+def test_without_any_folder_no_log_file_is_written_and_a_line_says_so(no_home, tmp_path, caplog):
+    no_home.setattr(tempfile, 'tempdir', str(tmp_path / 'file'))
+    assert logging_arguments() == WITHOUT_FILE
+    assert 'ROS_LOG_DIR names a folder' in caplog.text
+    rclpy_context = rclpy.Context()
+    rclpy.init(args=WITHOUT_FILE, context=rclpy_context)
+    rclpy_context.try_shutdown()
+
+
+def test_unwritable_folder_of_the_environment_is_not_insisted_on(no_home, tmp_path, caplog):
+    no_home.setenv('ROS_LOG_DIR', str(tmp_path / 'file' / 'log'))
+    assert logging_arguments() == []
+    assert 'log files go to' in caplog.text
