@@ -55,6 +55,17 @@ def assessment_record(said):
     }
 
 
+def is_usable(result):
+    """Return whether a pose is good enough to build upon: as the next guess, on /tf, as an answer.
+
+    It is aligned, along every motion that the clouds hold; without a verdict, it has converged.
+    """
+    said = result.assessment
+    if said is None or said.verdict is not Verdict.DEGENERATE:
+        return is_registered(result)
+    return isfinite(said.p_aligned)  # else nothing is known of it; a low one has another verdict
+
+
 def is_registered(result):
     """Return whether a registration found its pose: by the verdict, or without one converged."""
     said = result.assessment

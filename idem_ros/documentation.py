@@ -9,6 +9,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import (
     INPUTS,
     OUTPUTS,
+    POSE_INPUTS,
     SERVICES,
     TF_INPUTS,
     TF_OUTPUT,
@@ -63,7 +64,7 @@ def _lines_of(path, starts):
 
 def _topics():
     groups = {
-        'in': [*INPUTS.values(), *TF_INPUTS.values()],
+        'in': [*INPUTS.values(), *POSE_INPUTS.values(), *TF_INPUTS.values()],
         'out': [*OUTPUTS.values(), TF_OUTPUT],
         'service': SERVICES.values(),
     }

@@ -19,8 +19,10 @@ STREAMED = {
     'odometry': 'nav_msgs/msg/Odometry',
 }
 HEARD = {**STREAMED, 'last': STREAMED['transform']}  # on ~/initial_guess, by type
+POSE = STREAMED['pose_with_covariance']  # what RViz's "2D Pose Estimate" sends, on /initialpose
+FOLLOWING = ('initial_pose', 'last')  # start where such a pose says, go on from the last result
 TF = 'tf2_msgs/msg/TFMessage'
-GUESS_TYPES = (*STREAMED, 'tf', 'last', 'identity')
+GUESS_TYPES = (*STREAMED, 'tf', *FOLLOWING, 'identity')
 KEPT = 256
 
 
@@ -36,9 +38,11 @@ class GuessConfig:
         'transform',
         'where guesses come from: on ~/initial_guess, "transform" (TransformStamped), '
         '"pose_with_covariance" (PoseWithCovarianceStamped) or "odometry" (Odometry); "tf" (the '
-        'source frame in the target frame, from /tf and /tf_static); "last" (the last result that '
-        'converged, of the same frames; it begins with the identity, and anew with the first '
-        'TransformStamped that comes on ~/initial_guess, whatever its stamp); "identity"',
+        'source frame in the target frame, from /tf and /tf_static); "initial_pose" (the last '
+        "usable result of the same frames, from the pose that comes on /initialpose, as of RViz's "
+        '2D Pose Estimate; every such pose, and ~/reset, begin anew); "last" (the same, but it '
+        'begins with the identity where no pose has come, and anew, too, with the first '
+        'TransformStamped on ~/initial_guess, whatever its stamp); "identity"',
         name='initial_guess.type',
         choices=GUESS_TYPES,
     )
@@ -73,7 +77,9 @@ class Guess:
     """Empty where the guess does not say; so `source_frame`."""
     source_frame: str = ''
     T_first: NDArray | None = None
-    """(4, 4), where it is before there is a result of one that had it; None: the identity."""
+    """(4, 4), where it is before there is a result since the start; None: the identity."""
+    start: int = 0
+    """Tells starts apart: a result from before one is no guess for after."""
 
 
 class StampedPoses:
@@ -201,11 +207,11 @@ class StreamedGuesses:
         if self._timeless is not None and stamp not in self._poses:
             return _guess_of(self._timeless, matrix_of(self._timeless))
         messages = self._poses.around(stamp)
-        if len({_frames(message) for message in messages}) > 1:
+        if len({frames_of(message) for message in messages}) > 1:
             raise DoubtfulGuess(
                 'those before and after the source are between different frames: '
                 + ' and '.join(
-                    f'{child!r} in {parent!r}' for parent, child in map(_frames, messages)
+                    f'{child!r} in {parent!r}' for parent, child in map(frames_of, messages)
                 )
             )
         return _guess_of(messages[0], pose_at(stamp, messages, config))
@@ -225,46 +231,10 @@ class IdentityGuess:
         return Guess(np.eye(4))
 
 
-class LastResult:
-    """The last result for every source, and for the first one the pose that came last, if any.
-
-    No source waits for that pose, and its stamp says nothing. Results from before the first pose
-    came are forgotten when it comes; later ones are of use after a clock was set back.
-    """
-
-    def __init__(self):
-        self._first = None
-
-    def __bool__(self):
-        return True
-
-    def stamps(self, message):
-        """Return no (stream, stamp): a pose from long ago sets no clock back."""
-        return []
-
-    def add(self, message):
-        """Keep a TransformStamped."""
-        self._first = message
-
-    def forget_after(self, stamp):
-        """Forget the pose where it is later than a stamp [ns]."""
-        if self._first is not None and stamp_ns(self._first) > stamp:
-            self._first = None
-
-    def guess_for(self, stamp, target_frame, source_frame, config):
-        """Return the `Guess`.
-
-        Raises:
-            InvalidTransform: what came last is none.
-        """
-        if self._first is None:
-            return Guess(None)
-        return Guess(None, *_frames(self._first), T_first=matrix_of(self._first))
-
-
 def _guess_of(message, pose):
-    return Guess(pose, *_frames(message))
+    return Guess(pose, *frames_of(message))
 
 
-def _frames(message):
+def frames_of(message):
+    """Return the frames of target and source that a guess names; empty where it does not."""
     return message.header.frame_id, getattr(message, 'child_frame_id', '')

@@ -1,49 +1,23 @@
 """Which target, source and guess belong together: one rule for the live node and for replay."""
 
 from collections import deque
-from dataclasses import dataclass
-from typing import Any
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.guesses import (
+    FOLLOWING,
     STREAMED,
-    Guess,
     GuessConfig,
     IdentityGuess,
-    LastResult,
     StreamedGuesses,
 )
+from idem_ros.last_result import LastResult
+from idem_ros.pair import Pair, Refusal, frame_contradiction, named
 from idem_ros.stamps import DISORDER, NotYet, StampOrder
-from idem_ros.targets import PairingConfig, Targets, UnusableTarget
+from idem_ros.targets import PairingConfig, Targets
 from idem_ros.transform_message import stamp_ns
 from idem_ros.transform_tree import TransformTree
 
 SOURCES_KEPT = 8
-
-
-@dataclass(frozen=True)
-class Pair:
-    """A source cloud with its target, as they came, and the guess it is registered from."""
-
-    target: Any
-    source: Any
-    guess: Guess
-    jumps: int = 0
-    """How often the clock had been set back: a result from before is no guess for after."""
-
-    @property
-    def stamp(self):
-        """The source's stamp [ns]."""
-        return stamp_ns(self.source)
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """A source that no pair was made of, or a target that none is made with, and why."""
-
-    stamp: int
-    reason: str
-    role: str = 'source'
 
 
 class Pairing:
@@ -98,10 +72,7 @@ class Pairing:
         return self._order.last_jump
 
     def configure(self, config, guess_config):
-        """Take other parameters for the pairs to come; of another type, guesses begin anew.
-
-        Targets that could not be used with those before are tried once more.
-        """
+        """Take other parameters for the pairs to come, and try refused targets once more."""
         self._targets.forgive()
         if guess_config.type != self.guess_type:
             self._guesses = _guesses_of(guess_config.type)
@@ -138,8 +109,19 @@ class Pairing:
         for stream, stamp in self._guesses.stamps(message):
             if self._order.goes_back(stream, stamp):
                 self._forget_after(stamp)
-        self._guesses.add(message)
+        try:
+            self._guesses.add(message)
+        except IdemError as error:
+            reason = f'initial guess: {error}'
+            self._refusals.append(Refusal(stamp_ns(message), reason, 'initial_guess'))
         return self._complete()
+
+    def reset(self):
+        """Begin anew where guesses follow the last result; return whether they do."""
+        if self.guess_type not in FOLLOWING:
+            return False
+        self._guesses.reset()
+        return True
 
     def add_static_transforms(self, message):
         """Keep a TFMessage of /tf_static; return the pairs it completes."""
@@ -229,7 +211,7 @@ class Pairing:
         return pairs
 
     def _pair_of(self, source):
-        targets = _named('target', self._targets_of, source)
+        targets = named('target', self._targets_of, source)
         errors = []
         for target in targets:
             try:
@@ -248,7 +230,7 @@ class Pairing:
         raise errors[0]
 
     def _pair_with(self, target, source):
-        guess = _named('initial guess', self._guess_of, source, target)
+        guess = named('initial guess', self._guess_of, source, target)
         reason = frame_contradiction(
             'guess',
             (guess.target_frame, guess.source_frame),
@@ -312,59 +294,6 @@ def _guesses_of(kind):
         return StreamedGuesses()
     if kind == 'tf':
         return TransformTree()
-    return LastResult() if kind == 'last' else IdentityGuess()
-
-
-def _named(role, find, *given):
-    """Find one of the inputs; let its error say which it is."""
-    try:
-        return find(*given)
-    except NotYet as missing:
-        raise NotYet(f'{role}: {missing}', missing.is_doubtful) from missing
-    except IdemError as error:
-        raise type(error)(f'{role}: {error}') from error
-
-
-def frame_contradiction(name, frames, cloud_frames):
-    """Say which frames of a transform and its clouds contradict each other.
-
-    Args:
-        name: what the message calls the transform.
-        frames: of the transform, (frame_id, child_frame_id): source in target frame.
-        cloud_frames: of the target and the source; an empty one contradicts nothing.
-
-    Returns:
-        A sentence; empty where nothing contradicts.
-    """
-    roles = (('frame_id', 'target'), ('child_frame_id', 'source'))
-    for (key, role), frame, of_cloud in zip(roles, frames, cloud_frames, strict=True):
-        if frame and of_cloud and frame.lstrip('/') != of_cloud.lstrip('/'):
-            return (
-                f'the {name} has {key} {frame!r}, but the {role} cloud is in frame '
-                f'{of_cloud!r}; they must be the same'
-            )
-    return ''
-
-
-def refined(refine, pair, pairing):
-    """Refine a pair; where its target turns out unusable, its source with another target.
-
-    Args:
-        refine: takes a `Pair`; returns what comes of it.
-        pair: of the pairing.
-        pairing: has `without_target`, as `Pairing` does.
-
-    Raises:
-        IdemError: what the refinement raises; `UnusableTarget` where there is no other target, and
-            nothing came of it.
-    """
-    while True:
-        try:
-            return refine(pair)
-        except UnusableTarget as error:
-            try:
-                pair = pairing.without_target(pair, error)
-            except UnusableTarget:
-                if error.refinement is None:
-                    raise
-                return error.refinement
+    if kind in FOLLOWING:
+        return LastResult(needs_pose=kind == 'initial_pose')
+    return IdentityGuess()

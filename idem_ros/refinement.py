@@ -16,6 +16,7 @@ from idem_ros.core import (
     q_tot,
     register,
 )
+from idem_ros.diagnostics import is_usable
 from idem_ros.pointcloud2 import PointsRead, read_points
 from idem_ros.preprocessing import Preprocessed, PreprocessingConfig, preprocess
 from idem_ros.targets import LEAST_POINTS, UnusableTarget
@@ -93,9 +94,8 @@ class Idem:
 class Refiner:
     """Refines pairs; a target that stays the same message is read and prepared once.
 
-    A pair whose guess is the last result starts from the last one that converged between the same
-    frames; where there is none, or the clock was set back since, from the guess's `T_first`. So
-    does the first one that has a `T_first`: what was found without may be anywhere.
+    A pair whose guess is the last result starts from the last usable one between the same frames;
+    where there is none since the guess's `start`, or the clock was set back, from its `T_first`.
 
     Args:
         config: `RegistrationConfig`; None: its defaults.
@@ -171,7 +171,7 @@ class Refiner:
         return np.eye(4) if pair.guess.T_first is None else pair.guess.T_first
 
     def _last_after(self, pair, frames, result):
-        if not result.converged:
+        if not is_usable(result):
             return self._last
         return _lineage(pair, frames), result.T_target_source
 
@@ -210,7 +210,7 @@ def _frames_of(pair):
 
 def _lineage(pair, frames):
     """Return what a pair and the last result share, where the pair may start from it."""
-    return frames, pair.jumps, pair.guess.T_first is None
+    return frames, pair.jumps, pair.guess.start
 
 
 def _counts(target, source):

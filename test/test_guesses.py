@@ -10,7 +10,6 @@ from idem_ros.guesses import (
     DoubtfulGuess,
     GuessConfig,
     IdentityGuess,
-    LastResult,
     StampedPoses,
     StreamedGuesses,
     interpolated,
@@ -156,28 +155,12 @@ def test_a_pose_in_a_rotation_that_stands_still_does_not_drift(rng):
         np.testing.assert_allclose(pose_at(stamp, messages, CONFIG), pose, atol=1e-14)
 
 
-@pytest.mark.parametrize(('guesses', 'expected'), [(IdentityGuess(), 1.0), (LastResult(), None)])
-def test_a_guess_that_needs_no_message_is_there_for_every_source(guesses, expected):
+def test_the_identity_needs_no_message():
+    guesses = IdentityGuess()
     guesses.forget_after(0)
     assert guesses
-    guess = guesses.guess_for(1, 'map', 'lidar', CONFIG)
-    np.testing.assert_array_equal(guess.T_target_source, expected and np.eye(4))
-    assert guess.T_first is None
-
-
-def test_before_the_first_result_the_pose_that_came_last_is_the_guess_whatever_its_stamp(rng):
-    poses = [motion(rng, 20.0, 1.0) for _ in range(2)]
-    guesses = LastResult()
-    for stamp, pose in zip((10**18, 3), poses, strict=True):
-        message = transform(stamp, pose)
-        assert guesses.stamps(message) == []
-        guesses.add(message)
-    guesses.forget_after(3)
-    guess = guesses.guess_for(7, 'map', 'lidar', CONFIG)
-    assert guess.T_target_source is None
-    np.testing.assert_allclose(guess.T_first, poses[1], rtol=0, atol=1e-14)
-    guesses.forget_after(2)
-    assert guesses.guess_for(7, 'map', 'lidar', CONFIG).T_first is None
+    found = guesses.guess_for(1, 'map', 'lidar', CONFIG).T_target_source
+    np.testing.assert_array_equal(found, np.eye(4))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from idem_ros.core import (
 from idem_ros.core.se3 import exp, inverse, transform_points
 from idem_ros.diagnostics import OK, WARN, level, reason, refinement_values
 from idem_ros.guesses import Guess
-from idem_ros.pairing import Pair
+from idem_ros.pair import Pair
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
 from idem_ros.recording.messages import cloud_message
 from idem_ros.refinement import Refiner, prepared

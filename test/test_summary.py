@@ -9,7 +9,7 @@ from idem_ros.core import Status, Verdict
 from idem_ros.evaluation.record_text import record_text
 from idem_ros.evaluation.replay import replay
 from idem_ros.evaluation.summary import json_record, summary, table
-from idem_ros.pairing import Refusal
+from idem_ros.pair import Refusal
 from idem_ros.recording.writer import write_mcap
 
 

@@ -8,7 +8,8 @@ from poses import transform as guess_message
 
 from idem_ros.core import RegistrationConfig, Status
 from idem_ros.guesses import GuessConfig
-from idem_ros.pairing import Pairing, refined
+from idem_ros.pair import refined
+from idem_ros.pairing import Pairing
 from idem_ros.pointcloud2 import BLOCK, InvalidPointCloud2, require_points
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.refinement import Refiner

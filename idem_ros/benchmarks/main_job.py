@@ -13,7 +13,7 @@ from idem_ros.core import IdemError, register, warm_up
 from idem_ros.evaluation.replay import replay
 from idem_ros.guesses import Guess
 from idem_ros.installed_file import installed_file
-from idem_ros.pairing import Pair
+from idem_ros.pair import Pair
 from idem_ros.recording.messages import cloud_message
 from idem_ros.refinement import Refiner
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from idem_ros.evaluation.pose_error import rotation_error_deg, translation_error_m
 from idem_ros.evaluation.settings import IDEM
-from idem_ros.pairing import Refusal
+from idem_ros.pair import Refusal
 from idem_ros.recording.topics import Topics
 from idem_ros.refinement import Refinement
 

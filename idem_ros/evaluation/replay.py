@@ -15,7 +15,8 @@ from idem_ros.evaluation.settings import Settings
 from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
 from idem_ros.guesses import STREAMED, GuessConfig
-from idem_ros.pairing import Pairing, PairingConfig, Refusal, refined
+from idem_ros.pair import Refusal, refined
+from idem_ros.pairing import Pairing, PairingConfig
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
@@ -120,6 +121,7 @@ def _inputs(pairing, topics):
         topics.source: pairing.add_scan if is_one else pairing.add_source,
         topics.guess: pairing.add_guess,
         topics.tf: pairing.add_guess,
+        topics.initial_pose: pairing.add_guess,
         topics.tf_static: pairing.add_static_transforms,
     }
     return {topic: add for topic, add in inputs.items() if topic}
@@ -198,10 +200,10 @@ class _Pass:
             for lane, outcome in zip(self.lanes, outcomes, strict=True):
                 lane.keep(log_time, outcome)
         for refusal in self.pairing.take_refusals():
-            if refusal.role == 'target':
-                self.refused_target = self.refused_target or refusal.reason
-            else:
+            if refusal.role == 'source':
                 self.refused.append(refusal)
+            elif refusal.role == 'target':
+                self.refused_target = self.refused_target or refusal.reason
 
     def finished(self, path, warnings, interrupted):
         replays = [self._finished(lane, path, interrupted) for lane in self.lanes]

@@ -17,7 +17,7 @@ from idem_ros.evaluation.sequence_errors import errors_of, tie_of
 from idem_ros.evaluation.settings import SCAN
 from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
-from idem_ros.pairing import Refusal
+from idem_ros.pair import Refusal
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import Topics, find_topic

@@ -10,16 +10,17 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from idem_ros.guesses import GuessConfig
-from idem_ros.node.interface import INPUTS, TF_INPUTS
+from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import require_messages, subscribe
 from idem_ros.node.traffic import Traffic
-from idem_ros.pairing import Pair, Pairing, Refusal
+from idem_ros.pair import Pair, Refusal
+from idem_ros.pairing import Pairing
 from idem_ros.targets import PairingConfig, UnusableTarget
 from idem_ros.transform_message import stamp_ns
 
 RECEIPTS_KEPT = 64
-GUESSES = ('initial_guess', *TF_INPUTS)
+GUESSES = ('initial_guess', *POSE_INPUTS, *TF_INPUTS)
 
 
 class Inputs:
@@ -124,6 +125,11 @@ class Inputs:
         self._tell_refusals()
         self.subscribe_anew()
 
+    def reset(self) -> bool:
+        """Begin anew from the last pose that was given, see `Pairing.reset`."""
+        with self._lock:
+            return self.pairing.reset()
+
     def subscribe_anew(self) -> None:
         """Subscribe to guesses of another type, where that is not done yet.
 
@@ -146,7 +152,7 @@ class Inputs:
         topics = [
             f'{each.topic_name} has {self._node.count_publishers(each.topic_name)} publishers'
             for name, each in self.subscriptions.items()
-            if ('initial_guess' if name in TF_INPUTS else name) in missing.split(' and ')
+            if ('initial_guess' if name in GUESSES else name) in missing.split(' and ')
         ]
         reasons = [why, self._why_time_stands_still(), self._hindrance]
         return '; '.join([f'waiting for {missing} ({", ".join(topics)})', *filter(None, reasons)])
@@ -161,6 +167,7 @@ class Inputs:
             'target': self.pairing.add_target,
             'source': self.pairing.add_scan if self.are_one else self.pairing.add_source,
             'initial_guess': self.pairing.add_guess,
+            'initial_pose': self.pairing.add_guess,
             'tf': self.pairing.add_guess,
             'tf_static': self.pairing.add_static_transforms,
         }

@@ -3,7 +3,7 @@
 from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.guesses import HEARD, TF, GuessConfig
+from idem_ros.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.preprocessing import PreprocessingConfig
@@ -38,6 +38,15 @@ TF_INPUTS = {
     'tf': Topic('/tf', TF, 'with initial_guess.type tf: transforms that change'),
     'tf_static': Topic('/tf_static', TF, 'with initial_guess.type tf: transforms that do not'),
 }
+POSE_INPUTS = {
+    'initial_pose': Topic(
+        '/initialpose',
+        POSE,
+        'with initial_guess.type initial_pose or last: the pose to start from, whenever one '
+        'comes, as of RViz\'s "2D Pose Estimate"; of the source frame, whatever its stamp',
+    ),
+}
+EVERY_INPUT = (*INPUTS, *POSE_INPUTS, *TF_INPUTS)
 OUTPUTS = {
     'transform': Topic(
         '~/transform',
@@ -79,7 +88,9 @@ OUTPUTS = {
         'refused, waiting and dropped, utilisation of the worker',
     ),
 }
-TF_OUTPUT = Topic('/tf', TF, 'with publish_tf: results that are aligned')
+TF_OUTPUT = Topic(
+    '/tf', TF, 'with publish_tf: results that are aligned, along every motion that the clouds hold'
+)
 SERVICES = {
     'refine_once': Topic(
         '~/refine_once',
@@ -92,6 +103,12 @@ SERVICES = {
         'std_srvs/srv/SetBool',
         'true: refine nothing until false; the newest complete pair is kept, older ones are '
         'dropped and counted',
+    ),
+    'reset': Topic(
+        '~/reset',
+        'std_srvs/srv/Trigger',
+        'with initial_guess.type initial_pose or last: forget the last result; initial_pose then '
+        'waits for another pose, last begins with the one given last',
     ),
     'publish_region_of_interest': Topic(
         '~/publish_region_of_interest',
@@ -114,7 +131,8 @@ def inputs_with(guess_type: str) -> dict[str, Topic]:
     inputs = {name: topic for name, topic in INPUTS.items() if name != 'initial_guess'}
     if guess_type in HEARD:
         inputs['initial_guess'] = replace(INPUTS['initial_guess'], msgtype=HEARD[guess_type])
-    return {**inputs, **(TF_INPUTS if guess_type == 'tf' else {})}
+    more = TF_INPUTS if guess_type == 'tf' else POSE_INPUTS if guess_type in FOLLOWING else {}
+    return {**inputs, **more}
 
 
 def parameter_fields() -> list[Field]:

@@ -10,11 +10,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from idem_ros.core import IdemError, RegistrationConfig
+from idem_ros.diagnostics import headline, is_usable
 from idem_ros.guesses import GuessConfig
 from idem_ros.node.control import Answer, Control, answered
 from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
-from idem_ros.node.interface import CONFIGS, INPUTS, TF_INPUTS
+from idem_ros.node.interface import CONFIGS, EVERY_INPUT
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.outputs import Outputs, require_outputs
 from idem_ros.node.parameters import declare_parameters, read_config, unknown_parameters
@@ -23,7 +24,7 @@ from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.node.worker import LatestOnlyWorker
-from idem_ros.pairing import Pair, refined
+from idem_ros.pair import Pair, refined
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.q_tot_slice import slice_of
 from idem_ros.refinement import Refinement, Refiner
@@ -63,7 +64,7 @@ class LiveRegistration:
         declare_parameters(node)
         if unknown := unknown_parameters(node):  # a file of parameters may be other nodes', too
             node.get_logger().warning(f'no parameter of this node: {", ".join(unknown)}')
-        self.traffic = Traffic((*INPUTS, *TF_INPUTS), time.monotonic())
+        self.traffic = Traffic(EVERY_INPUT, time.monotonic())
         self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_source, self._on_jump)
         self.worker: LatestOnlyWorker | None = None
         self._refiner = Refiner()
@@ -103,6 +104,7 @@ class LiveRegistration:
         asked = {
             'refine_once': self.refine_once,
             'publish_region_of_interest': self.publish_region_of_interest,
+            'reset': lambda: answered(self.reset()),
         }
         self._control = Control(self.node, self.pause, asked)
 
@@ -168,6 +170,17 @@ class LiveRegistration:
         if not self.is_active:
             return answered(Answer(False, 'the node is not active'))
         return self.worker.call_soon(self._publish_region)
+
+    def reset(self) -> Answer:
+        """Forget the last result as a guess, where guesses follow it."""
+        kind = self.inputs.pairing.guess_type
+        if not self.inputs.reset():
+            return Answer(
+                False, f'initial_guess.type is {kind}: no guess follows from the last result'
+            )
+        then = 'waits for a pose' if kind == 'initial_pose' else 'begins with the pose given last'
+        self.node.get_logger().info(f'~/reset: the last result is forgotten; it {then}')
+        return Answer(True, f'the last result is forgotten: it {then}')
 
     def _submit(self, pair: Pair, received: float | None) -> None:
         self._newest = Job(pair, received)
@@ -283,8 +296,9 @@ class LiveRegistration:
 def _answer_of(refinement: Refinement) -> Answer:
     result = refinement.result
     return Answer(
-        result.converged,
-        f'{result.status.value}: q_tot {result.q_tot:.6g} nat, overlap {result.overlap:.3g}, '
+        is_usable(result),
+        f'{headline(result)}; {result.status.value}: q_tot {result.q_tot:.6g} nat, '
+        f'overlap {result.overlap:.3g}, '
         f'{refinement.time_ms:.1f} ms, stamp {seconds_and_nanoseconds(refinement.stamp)}',
     )
 

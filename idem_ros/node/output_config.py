@@ -12,9 +12,9 @@ class OutputConfig:
 
     publish_tf: bool = parameter(
         False,
-        'whether results that are aligned (assessment none: that converged) are broadcast on /tf, '
-        'too, as the transform from the frame of the target to that of the source; a frame has '
-        'one parent only: nobody else may broadcast it',
+        'whether results that are aligned, along every motion that the clouds hold (assessment '
+        'none: that converged), are broadcast on /tf, too, as the transform from the frame of the '
+        'target to that of the source; a frame has one parent only: nobody else may broadcast it',
     )
 
     def __post_init__(self):

@@ -5,7 +5,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from idem_ros.core import Status
 from idem_ros.debug_clouds import aligned_points, points_with_q
-from idem_ros.diagnostics import OK, level
+from idem_ros.diagnostics import is_usable
 from idem_ros.node.interface import OUTPUTS, TF_OUTPUT
 from idem_ros.node.messages import (
     class_needed,
@@ -74,7 +74,7 @@ class Outputs:
         self._publishers['transform'].publish(transform)
         pose = pose_message(refinement, covariance=said.covariance if said else None)
         self._publishers['pose_with_covariance'].publish(pose)
-        if self._config.publish_tf and level(refinement) == OK:
+        if self._config.publish_tf and is_usable(refinement.result):
             tf_class, publisher = self._tf
             publisher.publish(tf_class(transforms=[transform]))
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.guesses import HEARD, TF
+from idem_ros.guesses import FOLLOWING, HEARD, POSE, TF
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 
 MSGTYPES = {
@@ -34,6 +34,7 @@ class Topics:
     truth: str | None
     tf: str | None = None
     tf_static: str | None = None
+    initial_pose: str | None = None
 
 
 def find_topics(
@@ -44,13 +45,15 @@ def find_topics(
     Args:
         recording: an open `Recording`.
         target, source, guess, truth: names; None: found by type and name.
-        guess_type: of `GuessConfig`. A recording may lack transforms to start from, not what else
-            is asked for.
+        guess_type: of `GuessConfig`; of type 'initial_pose' the guess is the topic of its poses.
+            A recording may lack transforms to start from, not what else is asked for.
 
     Raises:
         TopicNotFound: a name that the recording lacks or that has another type, no cloud topic,
             or several topics of which nothing says which is meant.
     """
+    pose = _find_pose(recording, guess_type, guess)
+    guess = None if guess_type == 'initial_pose' else guess
     given = {'target': target, 'source': source, 'initial_guess': guess, 'ground_truth': truth}
     msgtypes = {**MSGTYPES, 'initial_guess': HEARD.get(guess_type)}
     if guess and guess_type not in HEARD:
@@ -71,7 +74,7 @@ def find_topics(
         else:
             found[role] = _find_optional(recording, msgtype, role, taken=found.values())
     tf = _find_tf(recording) if guess_type == 'tf' else {}
-    return Topics(*(found[role] for role in MSGTYPES), **tf)
+    return Topics(*(found[role] for role in MSGTYPES), **tf, initial_pose=pose)
 
 
 def find_topic(recording, msgtype, role, given=None, taken=()):
@@ -125,6 +128,23 @@ def _candidates(recording, msgtype, role, taken):
         and name not in taken
         and not any(name.endswith(other) for other in others)
     ]
+
+
+def _find_pose(recording, guess_type, given):
+    """Return the topic of the poses that a type of guess starts from; None: of none."""
+    if guess_type not in FOLLOWING:
+        return None
+    if guess_type == 'initial_pose' and given:
+        return _named(recording, 'initial_guess', given, POSE)
+    names = [name for name, topic in recording.topics.items() if topic.msgtype == POSE]
+    named = [name for name in names if name.rpartition('/')[2] == 'initialpose']
+    if guess_type == 'initial_pose' and len(named) != 1:
+        raise TopicNotFound(
+            f'{recording.path} has {len(named) or "no"} topics named initialpose to take the '
+            f'first pose from; of type {POSE} it has: {", ".join(names) or "none"}; choose one '
+            'with --guess-topic'
+        )
+    return named[0] if named else None
 
 
 def _find_tf(recording):
