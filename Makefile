@@ -9,7 +9,7 @@ INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test lint docs bench wheel colcon soak clean help
+.PHONY: demo test lint docs bench wheel colcon soak test-ros clean help
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -19,6 +19,7 @@ help:
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
+	@echo 'make test-ros  run the tests of launch and tf on an installed ROS 2 (docs/ros_tests.md)'
 	@echo 'make soak    hold the node to a working day: ten minutes of large clouds, overload, faults'
 	@echo 'make clean   remove the virtual environments and what was built'
 
@@ -63,8 +64,23 @@ soak: $(READY)
 	$(BIN)/python -m idem_ros.node.soak $(ARGS)
 	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/test_fuzz.py test/test_fuzz_live.py
 
+# an environment that sees the sourced ROS; where there is none, that of the other tests
+ROS_VENV := $(if $(shell command -v ros2),.venv-ros,$(VENV))
+ROS_TESTS := test/test_ros_packages.py test/test_launch.py test/test_node_inputs.py \
+	test/test_node_outputs.py test/test_player.py
+
+test-ros: $(ROS_VENV)/.ready
+	ROS_PYTHON_CHECK_FIELDS=1 $(ROS_VENV)/bin/python -m pytest -rs $(ROS_TESTS) $(ARGS)
+
+# no pins: messages of apt are compiled for the NumPy of apt
+.venv-ros/.ready: setup.py setup.cfg pyproject.toml
+	$(PYTHON) -m venv --system-site-packages .venv-ros
+	.venv-ros/bin/python -m pip install --quiet --disable-pip-version-check \
+		--editable '.[plot,bench,test]'
+	@touch $@
+
 clean:
-	rm -rf $(VENV) $(INSTALLED) build install log *.egg-info
+	rm -rf $(VENV) .venv-ros $(INSTALLED) build install log *.egg-info
 
 $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \

@@ -3,20 +3,39 @@
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.actions import (
+    DeclareLaunchArgument,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+    Shutdown,
+)
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from idem_ros.launch_arguments import launched_file, require_file, require_known, require_rviz
 from launch import LaunchDescription
 
+CONFIG = Path(get_package_share_directory('idem_ros')) / 'config'
 INPUTS = {
     'target': 'topic of the cloud to register to, PointCloud2: a map or the scan before',
     'source': 'topic of the cloud to register, PointCloud2',
     'initial_guess': 'topic of the pose of the source frame in the target frame, of the type that '
     'the parameter initial_guess.type says',
 }
+PARAMETERS = {
+    'voxel_size': '[m] edge of the voxels that both clouds are reduced to: 0.5 outdoors, 0.1 in '
+    'rooms; 0.0: none',
+    'mode': 'refine, or audit: nothing moves, the guess is judged',
+    'reliability': 'of all inputs: best_effort, or reliable',
+    'target_durability': 'of the target: volatile, or transient_local for a map published once',
+}
 OTHERS = {
+    'params_file': (
+        str(CONFIG / 'refine.yaml'),
+        'parameters of the node; for a kind of sensor see depth_camera.yaml, lidar_16.yaml '
+        'and lidar_64.yaml beside it',
+    ),
     'use_sim_time': ('false', 'true: time is that of /clock'),
     'large_clouds': (
         'false',
@@ -26,44 +45,61 @@ OTHERS = {
     'rviz': ('false', 'true: show target, refined source and pose'),
     'fixed_frame': ('map', 'frame of the target, which RViz shows'),
 }
+ARGUMENTS = {
+    **{name: (f'/{name}', what) for name, what in INPUTS.items()},
+    **{name: ('', f'{what}; empty: as params_file says') for name, what in PARAMETERS.items()},
+    **OTHERS,
+}
 
 
 def generate_launch_description():
     """Return the node, its inputs remapped by arguments, its parameters from a file; RViz."""
-    config = Path(get_package_share_directory('idem_ros')) / 'config'
-    arguments = {
-        **{name: (f'/{name}', what) for name, what in INPUTS.items()},
-        'params_file': (
-            str(config / 'refine.yaml'),
-            'parameters of the node; for a kind of sensor see depth_camera.yaml, lidar_16.yaml '
-            'and lidar_64.yaml beside it',
-        ),
-        **OTHERS,
-    }
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=what)
+        for name, (default, what) in ARGUMENTS.items()
+    ]
+    # checked first: launch forgets a process whose start is followed by an error
+    return LaunchDescription(
+        [*declared, OpaqueFunction(function=_check), OpaqueFunction(function=_start)]
+    )
+
+
+def _check(context):
+    if launched_file() == 'refine.launch.py':
+        require_known(context.argv, ARGUMENTS)
+    require_file('params_file', LaunchConfiguration('params_file').perform(context))
+    if IfCondition(LaunchConfiguration('rviz')).evaluate(context):
+        require_rviz()
+
+
+def _start(context):
     use_sim_time = {'use_sim_time': LaunchConfiguration('use_sim_time')}
+    given = {
+        name: LaunchConfiguration(name)
+        for name in PARAMETERS
+        if LaunchConfiguration(name).perform(context)
+    }
     node = Node(
         package='idem_ros',
         executable='idem_node',
         name='idem_node',
         output='screen',
-        parameters=[LaunchConfiguration('params_file'), use_sim_time],
+        parameters=[LaunchConfiguration('params_file'), use_sim_time, given],
         remappings=[(f'~/{name}', LaunchConfiguration(name)) for name in INPUTS],
+        # not where somebody else's launch file includes this one: a robot has more than this node
+        on_exit=Shutdown(reason='idem_node has ended') if launched_file() else None,
     )
     rviz = Node(
         package='rviz2',
         executable='rviz2',
-        arguments=['-d', str(config / 'idem.rviz'), '-f', LaunchConfiguration('fixed_frame')],
+        arguments=['-d', str(CONFIG / 'idem.rviz'), '-f', LaunchConfiguration('fixed_frame')],
         parameters=[use_sim_time],
         remappings=[(f'/{name}', LaunchConfiguration(name)) for name in ('target', 'source')],
         condition=IfCondition(LaunchConfiguration('rviz')),
     )
     profile = SetEnvironmentVariable(
         'FASTRTPS_DEFAULT_PROFILES_FILE',
-        str(config / 'fastdds_large_clouds.xml'),
+        str(CONFIG / 'fastdds_large_clouds.xml'),
         condition=IfCondition(LaunchConfiguration('large_clouds')),
     )
-    declared = [
-        DeclareLaunchArgument(name, default_value=default, description=what)
-        for name, (default, what) in arguments.items()
-    ]
-    return LaunchDescription([*declared, profile, node, rviz])
+    return [profile, node, rviz]
