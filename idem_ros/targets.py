@@ -96,7 +96,10 @@ class Targets:
         except InvalidPointCloud2 as error:
             self._refused = str(error)
             raise
-        self._kept.append(_Kept(message))
+        again = next((each for each in self._kept if _is_same(each.message, message)), None)
+        if again is not None:
+            self._drop([again])  # to be the last received: what is prepared of it is kept
+        self._kept.append(again or _Kept(message))
         self._make_room(self._kept[-1].frame)
 
     def add_source(self, message):

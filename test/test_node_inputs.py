@@ -107,7 +107,7 @@ def test_type_of_the_guess_may_change_while_it_runs(bench, clouds):
     b.transform_of(FIRST)
     (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='identity')])
     assert result.successful
-    assert set(b.node.registration.inputs.subscriptions) == {'target', 'source'}
+    assert set(b.node.registration.inputs.subscriptions.held) == {'target', 'source'}
     publish_clouds(b, clouds, FIRST + 100 * MS)
     b.transform_of(FIRST + 100 * MS)
 
@@ -125,7 +125,7 @@ def test_change_to_tf_without_its_messages_is_refused_with_the_package_to_instal
 @pytest.mark.parametrize('name', ['identity', 'last'])
 def test_guess_that_no_topic_need_give_is_not_waited_for(bench, clouds, name):
     b = bench(guess_type=name, guess_class=None).start()
-    assert ('initial_guess' in b.node.registration.inputs.subscriptions) == (name == 'last')
+    assert ('initial_guess' in b.node.registration.inputs.subscriptions.held) == (name == 'last')
     for stamp in (FIRST, FIRST + 100 * MS):
         publish_clouds(b, clouds, stamp)
         np.testing.assert_allclose(matrix_of(b.transform_of(stamp)), T_TRUTH, rtol=0, atol=0.02)
@@ -177,12 +177,12 @@ def test_guess_from_tf_is_the_way_from_source_to_target_at_the_stamp(tf_bench, c
     text = b.statuses('waiting')[-1].message
     assert text.startswith('waiting for initial_guess (/tf has 0 publishers, /tf_static has 0')
     assert "tf does not connect the source frame 'lidar' with the target frame 'map'" in text
-    b.node.registration.inputs.subscriptions['tf_static'].callback(
+    b.node.registration.inputs.subscriptions.held['tf_static'][0].callback(
         poses.tf(guess_message(np.eye(4), 0, 'base', 'lidar'))
     )
     for shift in (-50 * MS, 50 * MS):
         moving = guess_message(np.eye(4), FIRST + shift, 'map', 'base')
-        b.node.registration.inputs.subscriptions['tf'].callback(poses.tf(moving))
+        b.node.registration.inputs.subscriptions.held['tf'][0].callback(poses.tf(moving))
     np.testing.assert_allclose(matrix_of(b.transform_of(FIRST)), T_TRUTH, rtol=0, atol=0.02)
 
 
@@ -268,7 +268,7 @@ def test_simulated_clock_that_is_set_back_clears_the_buffers(bench, clouds):
 
 def test_messages_that_dds_lost_are_told_by_their_input(bench):
     b = bench().start()
-    handlers = b.node.registration.inputs.subscriptions['target'].event_handlers
+    handlers = b.node.registration.inputs.subscriptions.held['target'][0].event_handlers
     lost = QoSSubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST
     (handler,) = [each for each in handlers if each.event_type == lost]
     handler.callback(SimpleNamespace(total_count_change=3))

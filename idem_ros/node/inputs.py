@@ -5,14 +5,14 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from rclpy.clock import JumpThreshold, TimeJump
+from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
 from idem_ros.guesses import GuessConfig
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.subscription_config import SubscriptionConfig
-from idem_ros.node.subscriptions import require_messages, subscribe
+from idem_ros.node.subscriptions import Subscriptions, require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.pair import Pair, Refusal
 from idem_ros.pairing import Pairing
@@ -20,6 +20,7 @@ from idem_ros.targets import PairingConfig, UnusableTarget
 from idem_ros.transform_message import stamp_ns
 
 RECEIPTS_KEPT = 64
+PERIOD = 0.25  # [s] between looks at what publishers offer
 GUESSES = ('initial_guess', *POSE_INPUTS, *TF_INPUTS)
 
 
@@ -38,6 +39,12 @@ class Inputs:
         on_pair: called with each complete pair and when its source came (`time.monotonic`, [s]).
         on_refusal: called with each `Refusal`.
         on_jump: called with how far [ns] a clock was set back.
+
+    Attributes:
+        pairing: makes the pairs.
+        are_one: whether target and source are one topic.
+        subscriptions: while it is open.
+        unheard: which publishers are not heard, why, and the remedy.
     """
 
     def __init__(
@@ -53,13 +60,13 @@ class Inputs:
         self._on_pair, self._on_refusal, self._on_jump = on_pair, on_refusal, on_jump
         self.pairing = Pairing()
         self.are_one = self._topic_of('target') == self._topic_of('source')
-        self.subscriptions = {}
+        self.subscriptions: Subscriptions | None = None
+        self.unheard: list[str] = []
         self._lock = threading.RLock()  # around the pairing
-        self._quality = SubscriptionConfig()
         self._receipts: deque[tuple[int, float]] = deque(maxlen=RECEIPTS_KEPT)
         self._jumps_told = 0
         self._hindrance = ''
-        self._clock_watch = None
+        self._clock_watch = self._timer = None
 
     def open(self, config: SubscriptionConfig) -> None:
         """Begin to listen to targets and guesses.
@@ -67,18 +74,28 @@ class Inputs:
         Raises:
             InvalidConfig: the messages of the guesses are not installed.
         """
-        self._quality = config
-        self._subscribe(GUESSES if self.are_one else ('target', *GUESSES))
+        receivers = {
+            'target': self.pairing.add_target,
+            'source': self.pairing.add_scan if self.are_one else self.pairing.add_source,
+            'tf_static': self.pairing.add_static_transforms,
+            **dict.fromkeys(('initial_guess', 'initial_pose', 'tf'), self.pairing.add_guess),
+        }
+        callbacks = {name: self._taking(name, add) for name, add in receivers.items()}
+        self.subscriptions = Subscriptions(self._node, config, callbacks, self._traffic.note_lost)
+        kind = self.pairing.guess_type
+        self.subscriptions.listen(GUESSES if self.are_one else ('target', *GUESSES), kind)
         backwards = JumpThreshold(
             min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
         )
         self._clock_watch = self._node.get_clock().create_jump_callback(
             backwards, post_callback=self._on_clock_jump
         )
+        wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
+        self._timer = self._node.create_timer(PERIOD, self._attend, clock=wall)
 
     def listen(self) -> None:
         """Begin to listen to sources."""
-        self._subscribe(('source',))
+        self.subscriptions.listen(('source',), self.pairing.guess_type)
         if self.are_one:
             self._node.get_logger().info(
                 f'target and source are one topic, {self._topic_of("source")}: each scan is '
@@ -87,16 +104,17 @@ class Inputs:
 
     def mute(self) -> None:
         """Listen to no more sources; those that wait are dropped and counted."""
-        self._unsubscribe(('source',))
+        self.subscriptions.ignore(('source',))
         with self._lock:
             self.pairing.drop_sources()
 
     def close(self) -> None:
         """Listen to nothing any more, and forget what came. May be repeated."""
-        self._unsubscribe(tuple(self.subscriptions))
-        if self._clock_watch is not None:
+        if self.subscriptions is not None:
+            self.subscriptions.ignore(tuple(self.subscriptions.held))
+            self._node.destroy_timer(self._timer)
             self._clock_watch.unregister()
-            self._clock_watch = None
+            self.subscriptions = None
         with self._lock:
             self.pairing.forget()
 
@@ -111,77 +129,63 @@ class Inputs:
             require_messages(guess_config.type)
         with self._lock:
             self.pairing.configure(config, guess_config)
-        if is_other and self._clock_watch is not None:
-            self._unsubscribe(GUESSES)
-            self.subscribe_anew()
+        if is_other and self.subscriptions is not None:
+            self.subscriptions.ignore(GUESSES)
+            self._subscribe_anew()
 
     def without_target(self, pair: Pair, error: UnusableTarget) -> Pair:
         """Pair a source with another target, see `Pairing.without_target`; for the worker."""
         with self._lock:
             return self.pairing.without_target(pair, error)
 
-    def attend(self) -> None:
-        """Do what no message brings about: to be called every second, see `subscribe_anew`."""
-        self._tell_refusals()
-        self.subscribe_anew()
-
     def reset(self) -> bool:
         """Begin anew from the last pose that was given, see `Pairing.reset`."""
         with self._lock:
             return self.pairing.reset()
 
-    def subscribe_anew(self) -> None:
-        """Subscribe to guesses of another type, where that is not done yet.
-
-        DDS refuses a topic with two types in one process; what hinders goes into
-        `what_it_waits_for`, and this may be called again.
-        """
-        if any(name in self.subscriptions for name in GUESSES):
-            return
-        try:
-            self._subscribe(GUESSES)
-            self._hindrance = ''
-        except RuntimeError as error:  # of rclpy's RCLError, which it does not export
-            reason = ' '.join(str(error).split())
-            self._hindrance = f'guesses cannot be subscribed to: {reason}'
-
     def what_it_waits_for(self) -> str:
         """Say in words what the next pair lacks, and why."""
         with self._lock:
             missing, why = self.pairing.waiting_for(), self.pairing.why_it_waits()
-        topics = [
-            f'{each.topic_name} has {self._node.count_publishers(each.topic_name)} publishers'
-            for name, each in self.subscriptions.items()
-            if ('initial_guess' if name in GUESSES else name) in missing.split(' and ')
-        ]
-        reasons = [why, self._why_time_stands_still(), self._hindrance]
-        return '; '.join([f'waiting for {missing} ({", ".join(topics)})', *filter(None, reasons)])
+        names = set(missing.split(' and '))
+        if 'initial_guess' in names:
+            names.update(GUESSES)
+        if self.are_one and 'target' in names:
+            names.add('source')
+        reasons = [why, self._why_time_stands_still(), self._hindrance, *self.unheard]
+        waits = f'waiting for {missing} ({self.subscriptions.in_words(names)})'
+        return '; '.join([waits, *filter(None, reasons)])
 
     def _why_time_stands_still(self) -> str:
         clock = self._node.get_clock()
         stands = clock.ros_time_is_active and clock.now().nanoseconds == 0
         return 'use_sim_time is true, and /clock has not come' if stands else ''
 
-    def _subscribe(self, names: tuple[str, ...]) -> None:
-        receivers = {
-            'target': self.pairing.add_target,
-            'source': self.pairing.add_scan if self.are_one else self.pairing.add_source,
-            'initial_guess': self.pairing.add_guess,
-            'initial_pose': self.pairing.add_guess,
-            'tf': self.pairing.add_guess,
-            'tf_static': self.pairing.add_static_transforms,
-        }
-        callbacks = {name: self._taking(name, receivers[name]) for name in names}
-        guess_type = self.pairing.guess_type
-        taken = subscribe(
-            self._node, self._quality, guess_type, callbacks, self._traffic.note_lost
-        )
-        self.subscriptions.update(taken)
+    def _attend(self) -> None:
+        """Do what no message brings about."""
+        self._tell_refusals()
+        self._subscribe_anew()
+        self.subscriptions.follow_offers()
+        unheard = self.subscriptions.unheard()
+        for each in unheard:
+            if each not in self.unheard:
+                self._node.get_logger().warning(f'not heard: {each}')
+        self.unheard = unheard
 
-    def _unsubscribe(self, names: tuple[str, ...]) -> None:
-        for name in names:
-            if name in self.subscriptions:
-                self._node.destroy_subscription(self.subscriptions.pop(name))
+    def _subscribe_anew(self) -> None:
+        """Subscribe to guesses of another type, where that is not done yet.
+
+        DDS refuses a topic with two types in one process; what hinders goes into
+        `what_it_waits_for`, and this may be called again.
+        """
+        if any(name in self.subscriptions.held for name in GUESSES):
+            return
+        try:
+            self.subscriptions.listen(GUESSES, self.pairing.guess_type)
+            self._hindrance = ''
+        except RuntimeError as error:  # of rclpy's RCLError, which it does not export
+            reason = ' '.join(str(error).split())
+            self._hindrance = f'guesses cannot be subscribed to: {reason}'
 
     def _taking(self, name: str, add: Callable) -> Callable:
         def on_message(message):

@@ -3,14 +3,14 @@
 import time
 import traceback
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from idem_ros.core import IdemError, RegistrationConfig
-from idem_ros.diagnostics import headline, is_usable
+from idem_ros.diagnostics import WARN, headline, is_usable
 from idem_ros.guesses import GuessConfig
 from idem_ros.node.control import Answer, Control, answered
 from idem_ros.node.ending import warm_up
@@ -117,7 +117,7 @@ class LiveRegistration:
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self.node.create_timer(PERIOD, self._report_period, clock=wall)
         self.inputs.listen()
-        topics = ', '.join(each.topic_name for each in self.inputs.subscriptions.values())
+        topics = ', '.join(self.inputs.subscriptions.topics)
         self.node.get_logger().info(f'ready: listens to {topics}')
 
     def stop(self) -> None:
@@ -244,7 +244,6 @@ class LiveRegistration:
         self._report.clock_set_back(seconds(by), self._counts())
 
     def _report_period(self) -> None:
-        self.inputs.attend()
         pairing, worker = self.inputs.pairing, self.worker
         if worker.is_busy:
             state = 'busy', 'a refinement is under way'
@@ -257,8 +256,11 @@ class LiveRegistration:
             'refused_targets': pairing.refused_targets,
             'waiting': pairing.waiting + worker.waiting,
         }
-        names = sorted(self.inputs.subscriptions)
+        names = sorted(self.inputs.subscriptions.held)
         load = self.traffic.load(time.monotonic(), self.dropped, counts, names)
+        if unheard := self.inputs.unheard:
+            reason = '; '.join([*unheard, load.reason])
+            load = replace(load, level=max(load.level, WARN), reason=reason)
         self._report.period(*state, self._counts(), load)
 
     def _counts(self) -> dict[str, int]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from idem_ros.parameters import parameter, require_count, require_one_of
 
 RELIABILITIES = ('best_effort', 'reliable')
-DURABILITIES = ('volatile', 'transient_local')
+AUTO = 'auto'
+DURABILITIES = (AUTO, 'volatile', 'transient_local')
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,10 @@ class SubscriptionConfig:
         fixed=True,
     )
     target_durability: str = parameter(
-        'volatile',
-        'of the target: "transient_local" also receives a latched map that was published before '
-        'the node started (and is then always reliable), but is deaf to volatile publishers',
+        AUTO,
+        'of the target: "auto" asks each publisher for what it published before the node started, '
+        'where it keeps that (a latched map), and hears the others; "volatile" never asks; '
+        '"transient_local" always does, and is deaf to volatile publishers',
         choices=DURABILITIES,
         fixed=True,
     )

@@ -1,6 +1,6 @@
 """The node's inputs as subscriptions, with the quality of service that each needs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -8,47 +8,156 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from idem_ros.node.interface import TF_INPUTS, inputs_with
+from idem_ros.node.interface import INPUTS, TF_INPUTS, Topic, inputs_with
 from idem_ros.node.messages import class_needed
-from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.node.offers import (
+    TRANSIENT_LOCAL,
+    VOLATILE,
+    durabilities_for,
+    in_words,
+    offers_on,
+    why_unheard,
+)
+from idem_ros.node.subscription_config import AUTO, SubscriptionConfig
 
 TF_DEPTH = 100  # as tf2 has it
 
 
-def subscribe(
-    node: Node,
-    config: SubscriptionConfig,
-    guess_type: str,
-    callbacks: dict[str, Callable[[Any], None]],
-    on_lost: Callable[[str, int], None],
-) -> dict[str, Subscription]:
-    """Subscribe to those inputs with a callback that a type of guess asks for.
+class Subscriptions:
+    """What a node listens to; all calls are from the executor's thread.
 
     Args:
         node: listens.
-        config: reliability and depth.
-        guess_type: of `GuessConfig`.
+        config: reliability, depth, and whether a map from before is asked for.
         callbacks: {input: takes its messages}.
         on_lost: takes an input and how many more of its messages DDS has lost.
 
-    Returns:
-        {input: subscription}
-
-    Raises:
-        InvalidConfig: the messages of the guess are not installed.
+    Attributes:
+        held: {input: its subscriptions}; the target has two where its publishers differ.
     """
-    topics = {k: topic for k, topic in inputs_with(guess_type).items() if k in callbacks}
-    classes = {name: _class_of(topic.msgtype, guess_type) for name, topic in topics.items()}
-    return {
-        name: node.create_subscription(
-            classes[name],
-            topic.name,
-            callbacks[name],
-            _quality(name, config),
-            event_callbacks=_losses_of(name, on_lost),
+
+    def __init__(
+        self,
+        node: Node,
+        config: SubscriptionConfig,
+        callbacks: dict[str, Callable[[Any], None]],
+        on_lost: Callable[[str, int], None],
+    ):
+        self._node, self._config = node, config
+        self._callbacks, self._on_lost = callbacks, on_lost
+        self._topics: dict[str, Topic] = {}
+        self.held: dict[str, list[Subscription]] = {}
+
+    @property
+    def topics(self) -> list[str]:
+        """The names of the topics."""
+        return [each[0].topic_name for each in self.held.values()]
+
+    def listen(self, names: Iterable[str], guess_type: str) -> None:
+        """Subscribe to those inputs of a name that a type of guess asks for.
+
+        Raises:
+            InvalidConfig: the messages of the guess are not installed.
+            RuntimeError: of rclpy's RCLError, such as for a topic of another type in this process;
+                then it listens to none of them.
+        """
+        topics = {k: topic for k, topic in inputs_with(guess_type).items() if k in names}
+        classes = {name: _class_of(topic.msgtype, guess_type) for name, topic in topics.items()}
+        try:
+            for name, topic in topics.items():
+                self._topics[name] = topic
+                self.held[name] = [
+                    self._subscription(name, classes[name], each) for each in self._qualities(name)
+                ]
+        except RuntimeError:
+            self.ignore(names)
+            raise
+
+    def ignore(self, names: Iterable[str]) -> None:
+        """Listen to those inputs no longer."""
+        for name in names:
+            for each in self.held.pop(name, ()):
+                self._node.destroy_subscription(each)
+
+    def follow_offers(self) -> None:
+        """Ask the publishers of the target for what was published before, where they keep it."""
+        before = self.held.get('target')
+        if before is None or self._config.target_durability != AUTO:
+            return
+        offers = self._offers_on('target')
+        wanted = [self._target_quality(each) for each in durabilities_for(offers)]
+        if offers and [each.qos_profile.durability for each in before] != [
+            each.durability for each in wanted
+        ]:
+            kind = before[0].msg_type
+            self.held['target'] = [self._subscription('target', kind, each) for each in wanted]
+            for each in before:  # only now: no message falls between the two
+                self._node.destroy_subscription(each)
+
+    def in_words(self, names: Iterable[str]) -> str:
+        """Say of some inputs which publishers their topics have."""
+        return ', '.join(
+            in_words(held[0].topic_name, self._offers_on(name))
+            for name, held in self.held.items()
+            if name in names
         )
-        for name, topic in topics.items()
-    }
+
+    def unheard(self) -> list[str]:
+        """Say which publishers the node does not hear, why, and what to do."""
+        found = []
+        for name, held in self.held.items():
+            qualities = [each.qos_profile for each in held]
+            for offer in self._offers_on(name):
+                if why := why_unheard(self._topics[name].msgtype, qualities, offer):
+                    found.append(f'{held[0].topic_name}: {why}')
+        return found + self._unheard_guesses()
+
+    def _unheard_guesses(self) -> list[str]:
+        """Say of guesses that come where none is listened for, but a pose elsewhere."""
+        if 'initial_pose' not in self.held or 'initial_guess' in self.held:
+            return []
+        topic = self._node.resolve_topic_name(INPUTS['initial_guess'].name)
+        pose = self.held['initial_pose'][0].topic_name
+        return [
+            f'{topic}: {each.by} publishes {each.msgtype}, the node listens for '
+            f'{self._topics["initial_pose"].msgtype} on {pose}: remap one to the other, or set '
+            'initial_guess.type'
+            for each in offers_on(self._node, topic)
+        ]
+
+    def _offers_on(self, name: str) -> list:
+        return offers_on(self._node, self.held[name][0].topic_name)
+
+    def _subscription(self, name: str, kind: type, quality: QoSProfile) -> Subscription:
+        events = SubscriptionEventCallbacks(
+            message_lost=lambda info: self._on_lost(name, int(info.total_count_change)),
+            incompatible_qos=lambda info: None,  # said by `unheard`, with the remedy
+        )
+        topic, callback = self._topics[name].name, self._callbacks[name]
+        return self._node.create_subscription(
+            kind, topic, callback, quality, event_callbacks=events
+        )
+
+    def _qualities(self, name: str) -> list[QoSProfile]:
+        if name == 'target':
+            asked = self._config.target_durability
+            return [self._target_quality(VOLATILE if asked == AUTO else asked)]
+        if name == 'tf_static':
+            return [_latched(TF_DEPTH)]
+        if name in TF_INPUTS:
+            return [QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)]
+        return [self._usual()]
+
+    def _target_quality(self, durability: str) -> QoSProfile:
+        return _latched(self._config.depth) if durability == TRANSIENT_LOCAL else self._usual()
+
+    def _usual(self) -> QoSProfile:
+        reliability = ReliabilityPolicy[self._config.reliability.upper()]
+        return QoSProfile(
+            depth=self._config.depth,
+            reliability=reliability,
+            durability=DurabilityPolicy.VOLATILE,
+        )
 
 
 def require_messages(guess_type: str) -> None:
@@ -65,22 +174,9 @@ def _class_of(msgtype: str, guess_type: str) -> type:
     return class_needed(msgtype, f'initial_guess.type is {guess_type!r}')
 
 
-def _losses_of(name: str, on_lost: Callable[[str, int], None]) -> SubscriptionEventCallbacks:
-    return SubscriptionEventCallbacks(
-        message_lost=lambda info: on_lost(name, int(info.total_count_change))
-    )
-
-
-def _quality(name: str, config: SubscriptionConfig) -> QoSProfile:
-    latched = QoSProfile(  # DDS sends what was published before reliably only
-        depth=TF_DEPTH if name in TF_INPUTS else config.depth,
+def _latched(depth: int) -> QoSProfile:
+    return QoSProfile(  # DDS sends what was published before reliably only
+        depth=depth,
         reliability=ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL,
-    )
-    if name == 'tf_static' or (name == 'target' and config.target_durability == 'transient_local'):
-        return latched
-    if name in TF_INPUTS:
-        return QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)
-    return QoSProfile(
-        depth=config.depth, reliability=ReliabilityPolicy[config.reliability.upper()]
     )
