@@ -52,7 +52,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'idem = idem_ros.commands.main:main',
+            'idem = idem_ros.commands.entry:main',
             'idem_node = idem_ros.node.registration_node:main',
             'idem_lifecycle_node = idem_ros.node.registration_node:main_managed',
         ]

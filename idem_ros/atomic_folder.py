@@ -1,10 +1,10 @@
 """A folder that appears complete or not at all: filled beside, then renamed."""
 
-import os
 import shutil
 from contextlib import contextmanager
 
-from idem_ros.atomic_file import UnwritableFile, final_path
+from idem_ros.atomic_file import UnwritableFile, final_path, temporary_name
+from idem_ros.interrupts import held_back
 
 
 def require_free(path):
@@ -18,18 +18,28 @@ def require_free(path):
             refuses new files.
     """
     path = final_path(path)
-    if path.exists() and not path.is_dir():
-        raise UnwritableFile(f'cannot make the folder {path}: a file of that name is there')
-    if path.is_dir() and any(path.iterdir()):
+    try:
+        if path.exists() and not path.is_dir():
+            raise UnwritableFile(f'cannot make the folder {path}: a file of that name is there')
+        if path.is_dir() and any(path.iterdir()):
+            raise UnwritableFile(
+                f'the folder {path} is not empty, and nothing in it is overwritten; name a new one'
+            )
+        if not path.parent.is_dir():
+            raise UnwritableFile(
+                f'cannot make the folder {path}: {path.parent} does not exist; make it first'
+            )
+        trial = temporary_name(path)
+        trial.mkdir()
+        trial.rmdir()
+    except PermissionError as error:
         raise UnwritableFile(
-            f'the folder {path} is not empty, and nothing in it is overwritten; name a new one'
-        )
-    if not path.parent.is_dir():
+            f'cannot make the folder {path}: no permission in {path.parent}'
+        ) from error
+    except OSError as error:
         raise UnwritableFile(
-            f'cannot make the folder {path}: {path.parent} does not exist; make it first'
-        )
-    if not os.access(path.parent, os.W_OK):
-        raise UnwritableFile(f'cannot make the folder {path}: no permission in {path.parent}')
+            f'cannot make the folder {path}: {error.strerror or error}'
+        ) from error
 
 
 @contextmanager
@@ -47,14 +57,16 @@ def filling(path):
     """
     require_free(path)
     path = final_path(path)
-    temporary = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    temporary = temporary_name(path)
     try:
         temporary.mkdir()
         yield temporary
-        temporary.replace(path)  # refused by the system if something has come there meanwhile
+        with held_back():
+            temporary.replace(path)  # refused if something has come there meanwhile
     except OSError as error:
         raise UnwritableFile(
             f'cannot write the folder {path}: {error.strerror or error}'
         ) from error
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        with held_back():
+            shutil.rmtree(temporary, ignore_errors=True)

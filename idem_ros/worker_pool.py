@@ -3,9 +3,26 @@
 import signal
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children
+from multiprocessing.context import SpawnContext, SpawnProcess
 
-SPAWN = get_context('spawn')  # a fork would copy locks that threads of numba may hold
+
+class _Deaf(SpawnProcess):
+    """Begins, and goes on, without hearing Ctrl-C, which is for the parent that ends us."""
+
+    def start(self):
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Spawn(SpawnContext):
+    Process = _Deaf
+
+
+SPAWN = _Spawn()  # a fork would copy locks that threads of numba may hold
 
 
 @contextmanager
@@ -30,6 +47,5 @@ def worker_pool(jobs, begin=None, *arguments):
 
 
 def _begin(begin, arguments):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
     if begin is not None:
         begin(*arguments)

@@ -105,3 +105,21 @@ def test_a_name_that_no_encoding_holds_is_printed_all_the_same(monkeypatch):
 def test_a_full_disk_is_one_line(monkeypatch, capsys):
     assert ends_with(OSError(28, 'No space left on device'), monkeypatch) == 1
     assert capsys.readouterr().err == 'idem: error: [Errno 28] No space left on device\n'
+
+
+@pytest.mark.parametrize(
+    'argv',
+    [
+        ['register', '', 'b.ply'],
+        ['register', 'a.ply', 'b.ply', '--out', ''],
+        ['replay', 'a.mcap', '--json', ''],
+        ['replay', 'a.mcap', '--source-topic', ''],
+        ['gate', 'a.json', '', '--rules', 'r.yaml'],
+        ['evaluate', 'a.mcap', '--out='],
+    ],
+)
+def test_an_empty_text_names_nothing(capsys, argv):
+    with pytest.raises(SystemExit) as ended:
+        main(argv)
+    assert ended.value.code == 2
+    assert 'empty text' in capsys.readouterr().err

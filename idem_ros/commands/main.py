@@ -23,6 +23,7 @@ from idem_ros.commands import (
 )
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
+from idem_ros.interrupts import came
 from idem_ros.printable import message_line
 
 COMMANDS = (
@@ -70,24 +71,44 @@ class _Parser(argparse.ArgumentParser):
 def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
     _let_any_name_be_printed()
-    args = _parser().parse_args(argv)
+    parser = _parser()
+    args = parser.parse_args(argv)
+    _refuse_empty(parser, args)
     logging.basicConfig(format='idem: %(message)s')
     try:
         code = args.run(args)
         sys.stdout.flush()
         return code
-    except IdemError as error:
-        print(f'idem: error: {message_line(error)}', file=sys.stderr)
-        return USAGE if isinstance(error, UsageError) else FAILED
-    except KeyboardInterrupt:
+    except SystemExit as ended:
+        if ended.code != INTERRUPTED:
+            raise
+        return _ended_by(KeyboardInterrupt())
+    except (Exception, KeyboardInterrupt) as error:
+        code = _ended_by(error)
+        if code is None:
+            raise
+        return code
+
+
+def _refuse_empty(parser, args):
+    """A variable of a script that is not set gives '', which names no file and no topic."""
+    for name, value in vars(args).items():
+        if '' in (value if isinstance(value, list) else [value]):
+            parser.error(f'{name.replace("_", "-")} is given as an empty text')
+
+
+def _ended_by(error):
+    """Say in one line what ended a command, and return its exit code; None: a mistake of ours."""
+    if isinstance(error, KeyboardInterrupt) or came():
         print('idem: interrupted', file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output went away: `idem ... | head`
+    if isinstance(error, BrokenPipeError):  # the reader of our output went away: `idem ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
-    except OSError as error:  # a full disk, a file that vanished: nothing of ours to mend
-        print(f'idem: error: {message_line(error)}', file=sys.stderr)
-        return FAILED
+    if not isinstance(error, IdemError | OSError):  # a full disk, a file that vanished
+        return None
+    print(f'idem: error: {message_line(error)}', file=sys.stderr)
+    return USAGE if isinstance(error, UsageError) else FAILED
 
 
 def _let_any_name_be_printed():
@@ -107,4 +128,6 @@ def _parser():
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    from idem_ros.commands import entry
+
+    sys.exit(entry.main())

@@ -15,6 +15,7 @@ from idem_ros.evaluation.settings import Settings
 from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
 from idem_ros.guesses import STREAMED, GuessConfig
+from idem_ros.interrupts import held_back
 from idem_ros.pair import Refusal, refined
 from idem_ros.pairing import Pairing, PairingConfig
 from idem_ros.preprocessing import PreprocessingConfig
@@ -174,13 +175,14 @@ class _Pass:
     def run(self, messages):
         """Take every message; return whether somebody interrupted it."""
         try:
-            for topic, log_time, message in messages:
-                if self._is_complete(log_time):
-                    break
-                self._add(topic, log_time, message)
+            with held_back() as interrupted:
+                for topic, log_time, message in messages:
+                    if interrupted() or self._is_complete(log_time):
+                        break
+                    self._add(topic, log_time, message)
+                return interrupted()
         except KeyboardInterrupt:
             return True
-        return False
 
     def _is_complete(self, log_time):
         if not self.selection.is_over(log_time) or self.pairing.waiting:

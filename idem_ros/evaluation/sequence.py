@@ -17,6 +17,7 @@ from idem_ros.evaluation.sequence_errors import errors_of, tie_of
 from idem_ros.evaluation.settings import SCAN
 from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
+from idem_ros.interrupts import held_back
 from idem_ros.pair import Refusal
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.reader import open_recording
@@ -184,16 +185,19 @@ class _Pass:
     def run(self, messages):
         """Take every message; return whether somebody interrupted it."""
         try:
-            for topic, log_time, message in messages:
-                if topic == self.topics.truth:
-                    self.truths.add(message)
-                elif self.selection.takes(log_time):
-                    self._register(log_time, message)
-                elif self.selection.is_over(log_time) and self._has_truth():
-                    break
+            with held_back() as interrupted:
+                for topic, log_time, message in messages:
+                    if interrupted():
+                        break
+                    if topic == self.topics.truth:
+                        self.truths.add(message)
+                    elif self.selection.takes(log_time):
+                        self._register(log_time, message)
+                    elif self.selection.is_over(log_time) and self._has_truth():
+                        break
+                return interrupted()
         except KeyboardInterrupt:
             return True
-        return False
 
     def _has_truth(self):
         last = [] if self.last is None else [self.last]
