@@ -29,6 +29,8 @@ setup(
         'numba',
         'rosbags>=0.11',
         'mcap>=1.2',
+        'lz4',
+        'zstandard',
         'plyfile',
         'pypcd4',
         'pydantic>=2',

@@ -20,8 +20,12 @@ class UnreadableText(IdemError):
     """A file that is not there, or no YAML or JSON of a size that can be meant."""
 
 
-def read_yaml(path):
+def read_yaml(path, most_bytes=MOST_YAML, most_values=MOST_VALUES):
     """Read a file of YAML 1.1 without tags of Python's.
+
+    Args:
+        path: the file.
+        most_bytes, most_values: what it may hold; more than people write by hand, a program does.
 
     Returns:
         None, bool, int of 64 bits, float, str, date, list and dict with keys of text; what an
@@ -32,8 +36,8 @@ def read_yaml(path):
             itself, or is larger or deeper than anything that people write.
     """
     try:
-        text = _at_most(path, MOST_YAML).decode('utf-8')
-        _require_bounded(yaml.parse(text, Loader))
+        text = _at_most(path, most_bytes).decode('utf-8')
+        _require_bounded(yaml.parse(text, Loader), most_values)
         return _checked(yaml.load(text, _OnceNamed))
     except OSError as error:
         raise UnreadableText(f'{path} cannot be read: {error.strerror or error}') from error
@@ -84,7 +88,7 @@ def _at_most(path, most):
     return content
 
 
-def _require_bounded(events):
+def _require_bounded(events, most):
     """Count values as aliases repeat them, before any is made; refuse what holds itself."""
     sizes, open_ = {}, [(None, 0)]
     for event in events:
@@ -108,8 +112,8 @@ def _require_bounded(events):
             sizes[anchor] = size
         outer, count = open_.pop()
         open_.append((outer, count + size))
-        if count + size > MOST_VALUES:
-            raise ValueError(f'it holds more than {MOST_VALUES} values')
+        if count + size > most:
+            raise ValueError(f'it holds more than {most} values')
 
 
 def _checked(value):

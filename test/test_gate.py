@@ -128,7 +128,10 @@ def test_a_name_that_one_result_has_is_missing_in_the_others(tmp_path, result):
         ('time_ms.p100 < 3', 'must name a statistic'),
         ('time_ms.p05 < 3', 'must name a statistic'),
         ('time_ms.std < 3', 'must name a statistic'),
-        ('times_ms.p95 < 3', "no result has 'times_ms'; there are dropped, frames, refused"),
+        (
+            'times_ms.p95 < 3',
+            "no result has 'times_ms'; there are chunks_left_out, dropped, files_",
+        ),
         ('stamp_ns.p95 < 3', "no result has 'stamp_ns'"),
         ('frames.count > 3', 'frames is a count; write it without a statistic'),
         ('status == 1', 'must begin with status.converged, status.max_iterations'),

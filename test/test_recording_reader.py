@@ -111,7 +111,7 @@ def test_of_a_folder_with_one_file_that_cannot_be_read_the_others_are(tmp_path, 
         pass
 
 
-def test_a_message_that_cannot_be_decoded_ends_the_recording_with_a_warning(tmp_path, rng):
+def test_a_message_that_cannot_be_decoded_is_left_out_with_a_warning(tmp_path, rng):
     path = tmp_path / 'scans.mcap'
     messages = list(scans(rng))
     with path.open('wb') as stream:
@@ -125,8 +125,9 @@ def test_a_message_that_cannot_be_decoded_ends_the_recording_with_a_warning(tmp_
             writer.add_message(channel, i, raw, i)
         writer.finish()
     with open_recording(path) as recording:
-        assert [logged[1] for logged in recording.messages(['/guess'])] == [0]
-    assert '1 of 3 messages' in recording.warnings[0]
+        assert [logged[1] for logged in recording.messages(['/guess'])] == [0, 2]
+    assert '2 of 3 messages' in recording.warnings[0]
+    assert +recording.lost == {'messages_left_out': 1}
 
 
 def test_a_missing_path_and_an_empty_folder_are_refused(tmp_path):

@@ -225,7 +225,7 @@ def test_guesses_come_from_tf_by_way_of_a_frame_between(tmp_path, messages):
             topic, message = '/tf', tf_type([message])
         with_tf.append((topic, log_time, message))
     result = replayed(tmp_path, with_tf, guess=GuessConfig(type='tf'))
-    assert (result.topics.tf, result.topics.tf_static) == ('/tf', '/tf_static')
+    assert (result.topics.tf, result.topics.tf_static) == (('/tf',), ('/tf_static',))
     np.testing.assert_allclose(transforms_of(result), expected, atol=1e-9)
 
 

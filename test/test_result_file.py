@@ -20,8 +20,9 @@ def test_what_a_replay_wrote_comes_back(tmp_path, rng):
     text = ''.join(record_text(json_record(replayed)))
     (tmp_path / 'result.json').write_text(text)
     result = read_result(tmp_path / 'result.json')
-    assert result.counts == {'frames': 3, 'refused': 0, 'dropped': 0, 'unpaired': 0}
-    assert set(result.counts) == set(COUNTS)
+    assert result.counts == {'frames': 3, **dict.fromkeys(result.counts.keys() - {'frames'}, 0)}
+    assert {'interrupted', 'files_missing'} < set(result.counts)
+    assert set(COUNTS) < set(result.counts)
     assert result.bag == str(tmp_path / 'scans.mcap')
     expected = {'translation_error_m', 'rotation_error_deg_before', 'q_tot', 'time_ms', 'overlap'}
     assert expected <= set(result.numbers())

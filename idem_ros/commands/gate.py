@@ -23,6 +23,10 @@ A rule is NAME[.STATISTIC] OP NUMBER. OP: < <= > >= == !=. NAME:
   frames refused dropped unpaired   counts; without a statistic
   status.converged verdict.aligned  and their like: the share of the frames that ended,
                                     or were judged, so
+  interrupted files_missing files_unreadable files_damaged files_extra
+  chunks_left_out messages_left_out
+                                    counts of what is not in the result; all but files_extra
+                                    must be 0 unless a rule speaks of them
   any number of a frame, as in the file: translation_error_m, rotation_error_deg
   (each also with _before, at the guess), q_tot, q_mean, overlap, time_ms ...
   with one of mean median min max count p1 .. p99.9

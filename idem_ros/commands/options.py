@@ -25,6 +25,7 @@ ROLES = {
     'guess': 'TransformStamped (or as --initial-guess-type says)',
     'truth': 'TransformStamped',
 }
+UNITS = {'': 1, **{unit: 2 ** (10 * (i + 1)) for i, unit in enumerate('kmg')}}
 
 
 def add_config_options(parser, without=(), config_type=RegistrationConfig):
@@ -63,11 +64,29 @@ def add_topic_options(parser):
         parser.add_argument(
             f'--{role}-topic', metavar='NAME', help=f'{what} topic (default: found by type)'
         )
+    parser.add_argument(
+        '--tf-topic',
+        metavar='NAME',
+        type=_names,
+        help='TFMessage topic, or several by commas, for --initial-guess-type tf; what is static '
+        'comes from NAME_static or /tf_static (default: /tf, or the only one)',
+    )
 
 
 def topics_from(args):
     """Return {'target_topic': name or None, ...} as `replay` takes them."""
-    return {f'{role}_topic': getattr(args, f'{role}_topic') for role in ROLES}
+    return {f'{role}_topic': getattr(args, f'{role}_topic') for role in (*ROLES, 'tf')}
+
+
+def add_max_chunk(parser):
+    """Add the bound of what is inflated; where nobody gives it, it is not in the namespace."""
+    parser.add_argument(
+        '--max-chunk',
+        metavar='BYTES',
+        type=_bytes,
+        default=SUPPRESS,
+        help='leave out chunks of BAG that declare to inflate to more, such as 512M (default: 1G)',
+    )
 
 
 def config_from(args, config_type=RegistrationConfig, base=None):
@@ -123,6 +142,20 @@ def _real_or_none(text):
         return None if text == 'none' else float(text)
     except ValueError as error:
         raise ArgumentTypeError(f'{text!r} is neither a number nor none') from error
+
+
+def _names(text):
+    names = [name.strip() for name in text.split(',')]
+    if not all(names):
+        raise ArgumentTypeError(f'{text!r} is no name, nor several by commas')
+    return names
+
+
+def _bytes(text):
+    match = re.fullmatch(r'([1-9]\d{0,17})\s*([kmg]?)(i?b)?', text.strip().lower())
+    if match is None:
+        raise ArgumentTypeError(f'{text!r} is no number of bytes, such as 1073741824, 512M or 2G')
+    return int(match[1]) * UNITS[match[2]]
 
 
 def _numbers(text):

@@ -4,6 +4,7 @@ import sys
 from argparse import ArgumentTypeError
 
 from idem_ros.commands.exit_codes import INTERRUPTED, OK
+from idem_ros.commands.options import add_max_chunk
 from idem_ros.commands.rclpy_needed import require_rclpy
 
 PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
@@ -28,6 +29,7 @@ def add_parser(subparsers):
     parser.add_argument(
         '--clock', action='store_true', help='publish each log time on /clock, for use_sim_time'
     )
+    add_max_chunk(parser)
     parser.set_defaults(run=run)
 
 
@@ -35,9 +37,11 @@ def run(args):
     """Play the recording, say what was skipped."""
     require_rclpy('play')
     from idem_ros.node.player import Player, playing_node
+    from idem_ros.recording.part import MAX_CHUNK
     from idem_ros.recording.reader import open_recording
 
-    with open_recording(args.bag) as recording, playing_node('idem_play') as node:
+    max_chunk = getattr(args, 'max_chunk', MAX_CHUNK)
+    with open_recording(args.bag, max_chunk) as recording, playing_node('idem_play') as node:
         player = Player(node, recording, with_clock=args.clock)
         for topic, reason in player.skipped.items():
             _say(f'skips {topic}: {reason}')

@@ -3,7 +3,12 @@
 from argparse import SUPPRESS, ArgumentTypeError
 
 from idem_ros.commands.exit_codes import UsageError
-from idem_ros.commands.options import REPLAYED, add_config_options, config_from
+from idem_ros.commands.options import (
+    REPLAYED,
+    add_config_options,
+    add_max_chunk,
+    config_from,
+)
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.evaluation.settings import IDEM, METHODS, SEQUENCES, Settings
 
@@ -12,6 +17,7 @@ def add_settings_options(parser):
     """Add the options; one that nobody gives is not in the namespace."""
     _add_methods(parser)
     _add_selection(parser)
+    add_max_chunk(parser)
     parser.add_argument(
         '--sequence',
         choices=SEQUENCES,
@@ -69,7 +75,7 @@ def settings_from(args):
     """
     bases, notes = _read(args.params) if hasattr(args, 'params') else ({}, [])
     configs = [config_from(args, kind, bases.get(kind)) for kind in REPLAYED]
-    names = ('max_distance', 'start', 'duration', 'every', 'sequence')
+    names = ('max_distance', 'start', 'duration', 'every', 'sequence', 'max_chunk')
     others = {name: getattr(args, name) for name in names if hasattr(args, name)}
     if 'sequence' in others and any(getattr(config, 'mode', '') == 'audit' for config in configs):
         raise UsageError('--sequence has no poses to judge, which mode audit does; choose one')

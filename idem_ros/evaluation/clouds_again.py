@@ -12,8 +12,9 @@ from idem_ros.evaluation.settings import SCAN, Settings, from_record
 from idem_ros.pairing import Pairing
 from idem_ros.pointcloud2 import read_points
 from idem_ros.preprocessing import preprocess
+from idem_ros.recording.folder import recording_files
 from idem_ros.recording.messages import CLOUD, transform_message
-from idem_ros.recording.reader import open_recording, recording_files
+from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topic, find_topics
 from idem_ros.transform_message import stamp_ns
 

@@ -1,7 +1,7 @@
 """What became of a recording: numbers of each frame, no messages and no clouds."""
 
 from collections.abc import Sequence as Records
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from numpy.typing import NDArray
 
@@ -84,3 +84,5 @@ class Replay:
     """Whether somebody pressed Ctrl-C; then it is of what was done until then."""
     sequence: Sequence | None = None
     """None: pairs were refined."""
+    lost: dict[str, int] = field(default_factory=dict)
+    """What of the recording could not be read, see `part.LOSSES`."""

@@ -9,6 +9,7 @@ import numpy as np
 from idem_ros.core.assessment import Verdict
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.status import Status
+from idem_ros.recording.part import LOSSES
 from idem_ros.structured_text import UnreadableText, read_yaml
 
 EXPECTED = 'NAME[.STATISTIC] OP NUMBER, such as translation_error_m.p90 < 0.05'
@@ -33,6 +34,8 @@ SHARES = {
     'verdict': tuple(verdict.value for verdict in Verdict),
 }
 """What each frame has one of: a rule is about the share of the frames that have it."""
+PARTIAL = ('interrupted', *(name for name in LOSSES if name != 'files_extra'))
+"""What makes a result one of a part of its recording: none, unless a rule speaks of it."""
 
 
 class BadRules(IdemError):
@@ -88,6 +91,9 @@ def read_rules(path):
 def findings(rules, results):
     """Return the `Finding` of each rule in each result: a list for each result.
 
+    Of a result that was interrupted, or whose recording was read in part, there is one more for
+    each such count that no rule speaks of, and it does not hold.
+
     Args:
         rules: [`Rule`].
         results: [`Result`]; a name that one of them has, each may have.
@@ -99,7 +105,19 @@ def findings(rules, results):
     numbers = dict.fromkeys(name for result in results for name in result.numbers())
     for rule in rules:
         _require_known(rule, counts, numbers)
-    return [[_finding(rule, result) for rule in rules] for result in results]
+    return [
+        [*(_finding(rule, result) for rule in rules), *_unspoken(rules, result)]
+        for result in results
+    ]
+
+
+def _unspoken(rules, result):
+    """Yield what makes a result partial and no rule speaks of."""
+    spoken = {rule.name for rule in rules}
+    for name in PARTIAL:
+        if name not in spoken and result.counts.get(name):
+            rule = Rule(f'{name} == 0', 'of every result', name, None, '==', 0.0)
+            yield _finding(rule, result)
 
 
 def _rule(given, place):

@@ -1,5 +1,6 @@
 """Refine every pair of a recording, in log order, by the path that the live node takes."""
 
+import heapq
 from array import array
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -67,6 +68,7 @@ def replay_each(
     source_topic=None,
     guess_topic=None,
     truth_topic=None,
+    tf_topic=None,
     progress: Progress = silent,
 ):
     """Refine every complete pair of a recording in several ways; none is dropped for want of time.
@@ -78,27 +80,28 @@ def replay_each(
         path: a recording, as `open_recording` takes it.
         settings: [`Settings`]; the first says which sources are refined and how they are paired.
         target_topic, source_topic, guess_topic, truth_topic: names; None: found by type.
+        tf_topic: names of topics of transforms, for guesses from tf; None: see `find_topics`.
         progress: wraps the iteration over `total` messages to show how far it is.
 
     Returns:
         [`Replay`] of each settings, of the same pairs.
 
     Raises:
-        UnreadableRecording, TopicNotFound: there is nothing to replay.
+        UnreadableRecording, UnreadableTopic, TopicNotFound: there is nothing to replay.
         PeersMissing: small_gicp is asked for and not installed.
     """
     first = settings[0]
     given = target_topic, source_topic, guess_topic, truth_topic
     lanes = [_Lane(each) for each in settings]
-    with open_recording(path) as recording:
-        topics = find_topics(recording, *given, guess_type=first.guess.type)
-        names = [name for name in vars(topics).values() if name]
-        total = sum(recording.topics[name].count for name in names)
+    with open_recording(path, first.max_chunk) as recording:
+        topics = find_topics(recording, *given, guess_type=first.guess.type, tf=tf_topic)
+        total = sum(recording.topics[name].count for name in topics.names)
+        messages = progress(_messages(recording, topics), total)
         warm_up()
         selection = Selection(first, recording.begin)
         pass_ = _Pass(topics, lanes, Pairing(first.pairing, first.guess), selection)
-        interrupted = pass_.run(progress(recording.messages(names), total))
-        return pass_.finished(str(path), recording.warnings, interrupted)
+        interrupted = pass_.run(messages)
+        return pass_.finished(recording, interrupted)
 
 
 def pairs_of(recording, topics):
@@ -108,8 +111,21 @@ def pairs_of(recording, topics):
     """
     pairing = Pairing()
     inputs = _inputs(pairing, topics)
-    for topic, _, message in recording.messages(list(inputs)):
-        yield from inputs[topic](message)
+    for topic, _, message in _messages(recording, topics):
+        if topic in inputs:
+            yield from inputs[topic](message)
+
+
+def _messages(recording, topics):
+    """Yield the messages of topics in log order; what is static first, then again in its time.
+
+    A static transform holds from the beginning, however late its publisher was recorded.
+    """
+    static = list(recording.messages(topics.tf_static)) if topics.tf_static else []
+    # of a frame that is given twice, the first is that of the start
+    yield from ((topic, recording.begin, message) for topic, _, message in reversed(static))
+    others = recording.messages(set(topics.names) - set(topics.tf_static))
+    yield from heapq.merge(others, static, key=lambda logged: logged[1])
 
 
 def _inputs(pairing, topics):
@@ -121,9 +137,9 @@ def _inputs(pairing, topics):
         topics.target: pairing.add_target,
         topics.source: pairing.add_scan if is_one else pairing.add_source,
         topics.guess: pairing.add_guess,
-        topics.tf: pairing.add_guess,
         topics.initial_pose: pairing.add_guess,
-        topics.tf_static: pairing.add_static_transforms,
+        **dict.fromkeys(topics.tf, pairing.add_guess),
+        **dict.fromkeys(topics.tf_static, pairing.add_static_transforms),
     }
     return {topic: add for topic, add in inputs.items() if topic}
 
@@ -207,14 +223,14 @@ class _Pass:
             elif refusal.role == 'target':
                 self.refused_target = self.refused_target or refusal.reason
 
-    def finished(self, path, warnings, interrupted):
-        replays = [self._finished(lane, path, interrupted) for lane in self.lanes]
-        notes = (*self._notes(interrupted), *self.truths.notes, *warnings)
+    def finished(self, recording, interrupted):
+        replays = [self._finished(lane, recording, interrupted) for lane in self.lanes]
+        notes = (*self._notes(interrupted), *self.truths.notes, *recording.warnings)
         return [replace(each, notes=notes) for each in replays]
 
-    def _finished(self, lane, path, interrupted):
+    def _finished(self, lane, recording, interrupted):
         return Replay(
-            path=path,
+            path=str(recording.path),
             topics=self.topics,
             frames=Spool(self._frame(*result) for result in lane.results),
             refused=Spool(chain(self.refused, lane.refused)),
@@ -225,6 +241,7 @@ class _Pass:
             unpaired_why=self.pairing.why_it_waits(),
             method=lane.method,
             interrupted=interrupted,
+            lost=dict(recording.lost),
         )
 
     def _frame(self, log_time, refinement):

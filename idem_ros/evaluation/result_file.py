@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.recording.part import LOSSES
 from idem_ros.structured_text import parse_json
 
 STAMPS = ('stamp', 'stamp_ns')
 COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
+PARTS = ('interrupted', *LOSSES)
+"""Counts of what is not in a result; those of an earlier version lack them."""
 
 
 class UnreadableResult(IdemError):
@@ -27,7 +30,7 @@ class Result:
     frames: tuple[dict, ...]
     """The record of each frame, see `summary.json_record`."""
     counts: dict[str, int]
-    """How many sources were refined (frames), refused, dropped, unpaired."""
+    """How many sources were refined (frames), refused, dropped, unpaired; and `PARTS`."""
     record: dict = field(default_factory=dict)
     """All that was written: {'bag', 'frames', 'summary', 'made_by'}, see `summary.json_record`."""
 
@@ -62,7 +65,7 @@ def read_result(path):
     reason = _what_is_wrong(record)
     if reason:
         raise _no_result(path, reason)
-    counts = {name: record['summary'][name] for name in COUNTS}
+    counts = {name: int(record['summary'].get(name, 0)) for name in (*COUNTS, *PARTS)}
     return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts, record)
 
 

@@ -110,6 +110,12 @@ class Summary(_Record):
     dropped: Count
     unpaired: Count
     interrupted: bool = False
+    files_missing: Count = 0
+    files_unreadable: Count = 0
+    files_damaged: Count = 0
+    files_extra: Count = 0
+    chunks_left_out: Count = 0
+    messages_left_out: Count = 0
 
 
 class Input(_Record):
@@ -125,7 +131,7 @@ class MadeBy(_Record):
 
     versions: dict[str, str | None] = {}
     input: Input = None
-    topics: dict[str, str | None] = {}
+    topics: dict[str, str | list[str] | None] = {}
     parameters: dict[str, Number | bool | str | list[Number | str]] = {}
 
 

@@ -9,18 +9,19 @@ class UselessTopic(IdemError):
     """A topic that is named for a role which what is asked for does not have."""
 
 
-def run_each(path, settings, *, target_topic=None, guess_topic=None, progress=silent, **topics):
+def run_each(path, settings, *, progress=silent, **topics):
     """Replay a recording by one or several `Settings`, see `replay_each` and `odometry_each`.
 
     Raises:
         UselessTopic: a target or a guess is named, and odometry has neither.
     """
     if settings[0].sequence is None:
-        topics |= {'target_topic': target_topic, 'guess_topic': guess_topic}
         return replay_each(path, settings, progress=progress, **topics)
-    if target_topic or guess_topic:
-        raise UselessTopic(
-            f'{target_topic or guess_topic} is named, but a sequence has neither target nor '
-            'guess: --source-topic names the scans, --truth-topic the true poses'
-        )
+    for role in ('target', 'guess', 'tf'):
+        if useless := topics.pop(f'{role}_topic', None):
+            name = useless if isinstance(useless, str) else ', '.join(useless)
+            raise UselessTopic(
+                f'{name} is named, but a sequence has neither target nor guess: '
+                '--source-topic names the scans, --truth-topic the true poses'
+            )
     return odometry_each(path, settings, progress=progress, **topics)

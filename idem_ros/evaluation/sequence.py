@@ -54,19 +54,19 @@ def odometry_each(
         [`Replay`] of each settings, with its `Sequence`.
 
     Raises:
-        UnreadableRecording, TopicNotFound: there is nothing to register.
+        UnreadableRecording, UnreadableTopic, TopicNotFound: there is nothing to register.
         PeersMissing: small_gicp is asked for and not installed.
     """
-    with open_recording(path) as recording:
+    with open_recording(path, settings[0].max_chunk) as recording:
         source = find_topic(recording, CLOUD, 'source', source_topic)
         topics = Topics(source, source, None, _truth_topic(recording, truth_topic))
-        names = [name for name in (topics.source, topics.truth) if name]
+        names = topics.names
         total = sum(recording.topics[name].count for name in names)
         warm_up()
         lanes = [_Odometry(each) for each in settings]
         pass_ = _Pass(topics, lanes, Selection(settings[0], recording.begin))
         interrupted = pass_.run(progress(recording.messages(names), total))
-        return pass_.finished(str(path), recording.warnings, interrupted)
+        return pass_.finished(recording, interrupted)
 
 
 def continued(step, ratio):
@@ -225,22 +225,22 @@ class _Pass:
         read_ms = (perf_counter_ns() - start) / 1e6
         return _Scan(stamp, log_time, message.header.frame_id, cloud, read_ms)
 
-    def finished(self, path, warnings, interrupted):
-        replays = [self._finished(lane, path, interrupted) for lane in self.lanes]
+    def finished(self, recording, interrupted):
+        replays = [self._finished(lane, recording, interrupted) for lane in self.lanes]
         said = ['interrupted: what came later in the recording is not in here'] * interrupted
         said += [note] if (note := self.selection.note()) else []
         if self.first and not replays[0].frames:
             said.append('of the scans only one can be used; there is nothing to register it to')
-        notes = (*said, *self.truths.notes, *warnings)
+        notes = (*said, *self.truths.notes, *recording.warnings)
         return [replace(each, notes=(*each.notes, *notes)) for each in replays]
 
-    def _finished(self, lane, path, interrupted):
+    def _finished(self, lane, recording, interrupted):
         stamp, frame = self.first or (0, '')
         estimate = self._trajectory(lane)
         T_odom_map = tie_of(self.truths, estimate, frame)
         errors, note = errors_of(self.truths.trajectory(frame), estimate)
         return Replay(
-            path=path,
+            path=str(recording.path),
             topics=self.topics,
             frames=Spool(self._frame(*result, T_odom_map) for result in lane.results),
             refused=self.refused,
@@ -250,6 +250,7 @@ class _Pass:
             notes=(note,) if note and self.topics.truth else (),
             method=lane.settings.method,
             interrupted=interrupted,
+            lost=dict(recording.lost),
             sequence=Sequence(lane.settings.sequence, stamp, errors),
         )
 

@@ -8,6 +8,7 @@ from idem_ros.core.exceptions import IdemError, InvalidConfig
 from idem_ros.guesses import GuessConfig
 from idem_ros.parameters import parameter_name, require_count, require_one_of, require_positive
 from idem_ros.preprocessing import PreprocessingConfig
+from idem_ros.recording.part import MAX_CHUNK
 from idem_ros.targets import PairingConfig
 
 IDEM = 'idem'
@@ -44,6 +45,8 @@ class Settings:
     """Of these sources every n-th is refined, beginning with the first."""
     sequence: str | None = None
     """Odometry over the sources: each against the last one or a submap; None: pairs."""
+    max_chunk: int = MAX_CHUNK
+    """Chunks of the recording that declare to inflate to more are left out [bytes]."""
 
     def __post_init__(self):
         if not (math.isfinite(self.start) and self.start >= 0):
@@ -51,6 +54,7 @@ class Settings:
         if self.duration is not None:
             require_positive('duration', self.duration)
         require_count('every', self.every)
+        require_count('max_chunk', self.max_chunk)
         require_one_of('sequence', self.sequence, (None, *SEQUENCES))
         require_one_of('method', self.method, METHODS)
         if self.max_distance is not None:

@@ -7,6 +7,7 @@ import numpy as np
 
 from idem_ros.diagnostics import assessment_record, is_registered
 from idem_ros.evaluation.trajectory_report import report
+from idem_ros.recording.part import LOSSES
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
 LEFT_OUT = {
@@ -50,6 +51,7 @@ def summary(replayed):
         'dropped': replayed.dropped,
         'unpaired': replayed.unpaired,
         'interrupted': replayed.interrupted,
+        **{name: replayed.lost.get(name, 0) for name in LOSSES},
         'time_ms': _percentiles(numbers[0], median=50, p95=95),
     }
     for i, key in enumerate(('q_tot', *ERRORS)):

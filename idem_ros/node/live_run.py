@@ -115,7 +115,7 @@ def refine_live(
     Raises:
         NodeFailed: the node does not start, dies, or does not end with 0.
     """
-    names = [name for name in vars(topics).values() if name]
+    names = topics.names
     with playing_node('idem_live') as node, _started_node(topics, parameters or {}) as child:
         answers = _Answers(node)
         player = Player(node, recording, [name for name in names if name != topics.truth])

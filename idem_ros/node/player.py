@@ -19,6 +19,7 @@ from idem_ros.core import IdemError
 from idem_ros.node.log_folder import logging_arguments
 from idem_ros.node.messages import message_class, time_message
 from idem_ros.recording.cdr import NotSendable, is_known, to_cdr
+from idem_ros.recording.decoding import UnreadableTopic
 from idem_ros.recording.reader import Recording
 
 CLOCK = '/clock'
@@ -61,8 +62,8 @@ class Player:
         self._clock = node.create_publisher(Clock, CLOCK, KEPT) if with_clock else None
         for name in recording.topics if topics is None else topics:
             try:
-                self._publishers[name] = self._open(node, name, recording.topics[name])
-            except (NotSendable, ImportError, NameValidationException) as error:
+                self._publishers[name] = self._open(node, recording, name)
+            except (NotSendable, UnreadableTopic, ImportError, NameValidationException) as error:
                 self.skipped[name] = ' '.join(str(error).split())
         if not self._publishers:
             reasons = '; '.join(f'{name}: {reason}' for name, reason in self.skipped.items())
@@ -127,11 +128,13 @@ class Player:
             for each in self._publishers.values()
         )
 
-    def _open(self, node: Node, name: str, topic) -> Publisher:
+    def _open(self, node: Node, recording: Recording, name: str) -> Publisher:
+        topic = recording.topics[name]
         if self._clock is not None and name.lstrip('/') == CLOCK.lstrip('/'):
             raise NotSendable('the log times are published on /clock instead')
         if not is_known(topic.msgtype):
             raise NotSendable(f'{topic.msgtype} is no type of ROS 2 Jazzy')
+        recording.require_readable(name)
         is_latched = topic.count == 1 or name.endswith('target')
         durability = DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE
         quality = QoSProfile(depth=KEPT, durability=durability)

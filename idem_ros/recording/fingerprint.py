@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from idem_ros.recording.reader import recording_files
+from idem_ros.recording.folder import recording_files
 
 BLOCK = 2**20
 

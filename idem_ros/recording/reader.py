@@ -1,22 +1,21 @@
 """Read recordings of ROS 1 and ROS 2 lazily, without ROS."""
 
 import heapq
-import re
-from contextlib import ExitStack, contextmanager, suppress
+from collections import Counter
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rosbags.highlevel import AnyReader
-
 from idem_ros.core.exceptions import IdemError
-from idem_ros.recording.messages import typestore
-from idem_ros.recording.salvage import FORMATS, Salvaged
+from idem_ros.recording.decoding import UnreadableTopic, decoder
+from idem_ros.recording.folder import UnreadableRecording, bare_name, contents_of
+from idem_ros.recording.inflating import ZSTD_MAGIC, Damaged, TooLarge, inflated_file
+from idem_ros.recording.mcap_file import McapFile
+from idem_ros.recording.part import MAX_CHUNK, NEVER
+from idem_ros.recording.ros1_file import Ros1File
+from idem_ros.recording.sqlite_file import SqliteFile
 
-SUFFIXES = ('.mcap', '.db3', '.bag')
-
-
-class UnreadableRecording(IdemError):
-    """A recording of which nothing can be read."""
+SHOWN = 3  # chunks of a file that are named one by one
 
 
 @dataclass(frozen=True)
@@ -24,6 +23,7 @@ class Topic:
     """What a recording holds on one topic."""
 
     msgtype: str
+    """With the encoding, where that is none of ROS: 'foxglove.Log (json)'."""
     count: int
 
 
@@ -36,33 +36,60 @@ class Recording:
         topics: {name: `Topic`}, in order of name.
         warnings: what could not be read, one sentence each; `messages` may add to it.
         begin: log time of the first message [ns].
+        lost: {one of `part.LOSSES`: how many}; `messages` may add to it.
     """
 
     path: Path
     topics: dict[str, Topic]
     warnings: list[str] = field(default_factory=list)
     begin: int = 0
+    lost: Counter = field(default_factory=Counter)
     _parts: tuple = ()
+    _max_chunk: int = MAX_CHUNK
+
+    def require_readable(self, topic):
+        """Refuse a topic whose messages cannot be read.
+
+        Raises:
+            UnreadableTopic: of another encoding, or of a type that the standard has otherwise.
+        """
+        for part in self._parts:
+            for channel in _channels(part, {topic}):
+                try:
+                    decoder(channel, self._max_chunk)
+                except UnreadableTopic as error:
+                    raise UnreadableTopic(f'{part.path}: {error}') from error
 
     def messages(self, topics):
         """Yield (topic, log time [ns], message) of some topics, in log order, one at a time.
 
+        Types of other topics are not looked at. A message that cannot be decoded is left out and
+        counted.
+
         Args:
             topics: names, as in `self.topics`.
+
+        Raises:
+            UnreadableTopic: see `require_readable`.
         """
-        streams = [_until_damaged(part, set(topics), self) for part in self._parts]
+        topics = {topic for topic in topics if topic in self.topics}
+        for topic in sorted(topics):
+            self.require_readable(topic)
+        streams = [_decoded(part, topics, self) for part in self._parts]
         yield from heapq.merge(*streams, key=lambda logged: logged[1])
 
 
 @contextmanager
-def open_recording(path):
+def open_recording(path, max_chunk=MAX_CHUNK):
     """Open a bare MCAP or db3, a rosbag2 folder (with metadata.yaml or without) or a ROS 1 bag.
 
-    An MCAP or ROS 1 bag that is cut off or has no index is read as far as it goes, and damaged
-    chunks are passed over; `Recording.warnings` then says how much was read.
+    Any of these may be compressed by zstd, as a file (it is inflated into the folder of temporary
+    files) or message by message. What is cut off, damaged, without index or not there is passed
+    over: `Recording.warnings` names it, `Recording.lost` counts it.
 
     Args:
         path: file or folder.
+        max_chunk: chunks that declare to inflate to more are left out [bytes].
 
     Yields:
         `Recording`
@@ -71,146 +98,133 @@ def open_recording(path):
         UnreadableRecording: there is no such file, it is no recording, or nothing can be read.
     """
     path = Path(path)
-    files = recording_files(path)
-    warnings = []
+    contents = contents_of(path)
+    warnings, lost = [], Counter()
     with ExitStack() as stack:
-        try:
-            parts = [stack.enter_context(_opened(path))]
-        except Exception as error:  # damaged bytes raise anything, from struct.error to KeyError
-            # a folder without metadata.yaml, or with one damaged file, opens file by file
-            parts = _open_each(stack, files, error, warnings)
-        begin = min(part.begin for part in parts)
-        yield Recording(path, _topics(parts), warnings, begin, tuple(parts))
+        parts, refused = [], []
+        for file in contents.files:
+            try:
+                parts.append(_opened(stack, file, max_chunk, warnings, lost))
+            except UnreadableRecording as error:
+                refused.append(error)
+        if not parts:
+            raise refused[0]
+        lost['files_unreadable'] += len(refused)
+        warnings.extend(str(error) for error in refused)
+        warnings.extend(_of_folder(path, contents, parts, bool(refused), lost))
+        begin = min((part.begin for part in parts), default=NEVER)
+        yield Recording(path, _topics(parts), warnings, begin, lost, tuple(parts), max_chunk)
 
 
-def recording_files(path):
-    """Return the files of a recording: itself, or those of its folder, by name.
-
-    Raises:
-        UnreadableRecording: there is none.
-    """
-    if not path.exists():
-        raise UnreadableRecording(f'{path} does not exist; give a recording ({_suffixes()})')
-    if path.is_file():
-        if path.suffix not in SUFFIXES:
-            raise UnreadableRecording(f'{path} is no recording: its suffix must be {_suffixes()}')
-        return [path]
-    files = sorted(file for suffix in SUFFIXES for file in path.glob(f'*{suffix}'))
-    if not files:
-        raise UnreadableRecording(f'the folder {path} holds no recording ({_suffixes()})')
-    return files
-
-
-def _suffixes():
-    return ', '.join(SUFFIXES)
-
-
-class _IntactPart:
-    """What rosbags reads, with the interface of `Salvaged`."""
-
-    def __init__(self, path, reader):
-        self.path = path
-        self._reader = reader
-        self.msgtypes = {name: topic.msgtype or '' for name, topic in reader.topics.items()}
-        self.counts = {name: topic.msgcount for name, topic in reader.topics.items()}
-        self.begin = reader.start_time
-
-    def messages(self, topics):
-        connections = [c for c in self._reader.connections if c.topic in topics]
-        if not connections:  # rosbags takes an empty list for "all"
-            return
-        for connection, log_time, raw in self._reader.messages(connections):
-            yield connection.topic, log_time, self._reader.deserialize(raw, connection.msgtype)
-
-
-@contextmanager
-def _opened(path):
-    with AnyReader([path], default_typestore=typestore()) as reader:
-        yield _IntactPart(path, reader)
-
-
-def _open_each(stack, files, error, warnings):
-    """Open what can be opened; the rest is a warning, unless it is all."""
-    parts, refused = [], []
-    for file in files:
-        try:
-            parts.append(_open_file(stack, file, error, warnings))
-        except UnreadableRecording as own_error:
-            refused.append(own_error)
-    if not parts:
-        raise refused[0]
-    warnings.extend(str(each) for each in refused)
-    return parts
-
-
-def _open_file(stack, file, error, warnings):
+def _opened(stack, file, max_chunk, warnings, lost):
+    """Open a file; what of it is damaged is a warning."""
+    inner = file
     try:
-        return stack.enter_context(_opened(file))
-    except Exception as own_error:
-        error = own_error
-    salvaged = Salvaged(file) if file.suffix in FORMATS else None
-    size = file.stat().st_size
-    if salvaged and salvaged.counts:
-        warnings.append(
-            f'{file} is cut off or damaged ({_reason(error)}): '
-            f'{salvaged.counts.total()} messages can be read, '
-            f'from {salvaged.bytes_read} of its {size} bytes{_left_out([salvaged])}'
+        with file.open('rb') as stream:
+            is_zstd = stream.read(len(ZSTD_MAGIC)) == ZSTD_MAGIC
+        if is_zstd:
+            inner = stack.enter_context(inflated_file(file, max_chunk))
+        part = stack.enter_context(closing(_part(inner, max_chunk)))
+    except (Damaged, TooLarge, OSError) as error:
+        reason = getattr(error, 'strerror', None) or str(error).rstrip('.')
+        raise UnreadableRecording(f'{file} cannot be read: {reason}') from error
+    part.path = file
+    size, total = inner.stat().st_size, sum(part.counts.values())
+    if part.damage and not total:
+        raise UnreadableRecording(
+            f'{file} cannot be read: {part.damage}, and none of its {size} bytes make a message'
         )
-        return salvaged
-    of_it = f', and none of its {size} bytes make a message' if salvaged and size else ''
-    raise UnreadableRecording(f'{file} cannot be read: {_reason(error)}{of_it}') from error
+    lost['files_damaged'] += bool(part.damage)
+    lost['chunks_left_out'] += len(part.left_out)
+    if part.damage or part.left_out:
+        why = f' is cut off or damaged ({part.damage})' if part.damage else ''
+        warnings.append(
+            f'{file}{why}: {total} messages can be read, from {part.bytes_read} of its {size} '
+            f'bytes{_left_out(part.left_out)}'
+        )
+    return part
+
+
+def _part(file, max_chunk):
+    suffix = Path(bare_name(file.name)).suffix
+    if suffix == '.mcap':
+        return McapFile(file, max_chunk)
+    return SqliteFile(file) if suffix == '.db3' else Ros1File(file, max_chunk)
+
+
+def _of_folder(path, contents, parts, is_partly_refused, lost):
+    """Yield what a folder lacks of what its metadata.yaml says, and what it has beside that."""
+    if contents.damage:
+        yield f'{contents.damage}; the files of the folder are read by their names'
+    found = sum(sum(part.counts.values()) for part in parts)
+    total = contents.messages
+    for name, count in contents.missing:
+        if count is None and len(contents.missing) == 1 and total is not None:
+            count = max(total - found, 0)
+        of_them = '' if count is None else f' ({count} of {total} messages)'
+        yield f'{path / name} is missing, which metadata.yaml names{of_them}'
+    lost['files_missing'] += len(contents.missing)
+    for name in contents.extra:
+        yield f'{path / name} is not named in metadata.yaml; it is read, too'
+    for name in contents.left_out:
+        yield f'{path / name} is not named in metadata.yaml; it is left out'
+    lost['files_extra'] += len(contents.extra) + len(contents.left_out)
+    is_explained = contents.missing or contents.extra or is_partly_refused
+    if total is not None and total != found and not (is_explained or lost['files_damaged']):
+        yield f'{path}: metadata.yaml tells of {total} messages, its files hold {found}'
+
+
+def _channels(part, topics):
+    """Return the channels of some topics; of a topic with several, those of ROS."""
+    found = [channel for channel in part.channels if channel.topic in topics]
+    readable = {channel.topic for channel in found if channel.is_ros}
+    return [each for each in found if each.is_ros or each.topic not in readable]
 
 
 def _topics(parts):
-    topics = {}
+    kinds, counts = {}, Counter()
     for part in parts:
-        for name, msgtype in part.msgtypes.items():
-            before = topics[name].count if name in topics else 0
-            topics[name] = Topic(msgtype, before + part.counts[name])
-    return dict(sorted(topics.items()))
+        for channel in _channels(part, {each.topic for each in part.channels}):
+            kinds.setdefault(channel.topic, {})[channel.kind] = None
+            counts[channel.topic] += part.counts[channel]
+    return {name: Topic(' or '.join(kinds[name]), counts[name]) for name in sorted(kinds)}
 
 
-def _until_damaged(part, topics, recording):
-    """Yield the messages of a part; where it is damaged, go on with what can be read after it."""
-    total = sum(part.counts[topic] for topic in topics if topic in part.counts)
-    count, last = 0, -1
-    try:
-        for logged in part.messages(topics):
-            yield logged
-            count += 1
-            last = logged[1]
-    except Exception as error:  # see open_recording
-        reason = _reason(error)
-    else:
-        if count < total:  # rosbags skips topics whose QoS is another in metadata.yaml
-            recording.warnings.append(
-                f'{part.path}: only {count} of the {total} messages it should have were found; '
-                'is its metadata.yaml of another recording?'
-            )
+def _decoded(part, topics, recording):
+    """Yield the messages of a part; what of it cannot be read is counted and named."""
+    channels = list(dict.fromkeys(_channels(part, topics)))
+    if not channels:
         return
-    salvaged = [Salvaged(file) for file in recording_files(part.path) if file.suffix in FORMATS]
-    for logged in _after(salvaged, topics, last):
-        yield logged
-        count += 1
-    recording.warnings.append(
-        f'{part.path} is damaged ({reason}): {count} of {total} messages can be read'
-        f'{_left_out(salvaged)}'
-    )
+    decoders = {channel: decoder(channel, recording._max_chunk) for channel in channels}
+    total, count, reason = sum(part.counts[channel] for channel in channels), 0, ''
+    before = len(part.left_out)
+    try:
+        for log_time, channel, raw in part.messages(channels):
+            try:
+                message = decoders[channel](raw)
+            except Exception as error:  # rosbags raises anything of bytes that are none
+                reason = reason or f'{channel.topic} at {log_time}: {_one_line(error)}'
+                continue
+            yield channel.topic, log_time, message
+            count += 1
+    except IdemError as error:
+        reason = str(error)
+    left_out = part.left_out[before:]
+    recording.lost['chunks_left_out'] += len(left_out)
+    if count < total or left_out:
+        recording.lost['messages_left_out'] += max(total - count, 0)
+        why = f' ({reason})' if reason else ''
+        recording.warnings.append(
+            f'{part.path}: {count} of {total} messages can be read{why}{_left_out(left_out)}'
+        )
 
 
-def _after(salvaged, topics, last):
-    with suppress(Exception):  # see open_recording; what cannot be read even so ends it
-        for each in salvaged:
-            yield from each.messages(topics, after=last)
+def _left_out(reasons):
+    if not reasons:
+        return ''
+    more = f' and {len(reasons) - SHOWN} others' if len(reasons) > SHOWN else ''
+    return f'; chunks left out: {len(reasons)} ({"; ".join(reasons[:SHOWN])}{more})'
 
 
-def _left_out(salvaged):
-    chunks = sum(each.chunks_left_out for each in salvaged)
-    return f'; chunks left out: {chunks}' if chunks else ''
-
-
-def _reason(error):
-    """Return what rosbags says in one line, without the file's name, which stands before it."""
-    reason = ' '.join(str(error).split()).rstrip('.')
-    reason = re.sub(r'^(Cannot|Could not) open (file|database) .*?(: | or (?=data))', '', reason)
-    return re.sub(r"^File '.*?' (?=seems)", 'it ', reason) or type(error).__name__
+def _one_line(error):
+    return ' '.join(str(error).split())[:200] or type(error).__name__

@@ -4,9 +4,7 @@ import os
 import re
 from pathlib import Path
 
-from idem_ros.recording.reader import SUFFIXES, UnreadableRecording
-
-METADATA = 'metadata.yaml'
+from idem_ros.recording.folder import METADATA, SUFFIXES, UnreadableRecording, is_recording
 
 
 def recordings_in(path):
@@ -40,7 +38,7 @@ def recordings_in(path):
 def _searched(folder):
     for parent, folders, names in os.walk(folder):
         parent = Path(parent)
-        files = sorted(name for name in names if _is_recording(name))
+        files = sorted(name for name in names if is_recording(name))
         if METADATA in names or _is_split(parent.resolve().name, files):
             folders.clear()
             yield parent
@@ -49,10 +47,6 @@ def _searched(folder):
         yield from (parent / name for name in files)
 
 
-def _is_recording(name):
-    return name.endswith(SUFFIXES) and not name.startswith('.')
-
-
 def _is_split(folder_name, files):
-    numbered = re.compile(rf'{re.escape(folder_name)}_\d+\.(mcap|db3)')
+    numbered = re.compile(rf'{re.escape(folder_name)}_\d+\.(mcap|db3)(\.zstd|\.zst)?')
     return bool(files) and all(map(numbered.fullmatch, files))

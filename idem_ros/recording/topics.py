@@ -12,6 +12,7 @@ MSGTYPES = {
     'initial_guess': TRANSFORM,
     'ground_truth': TRANSFORM,
 }
+STATIC = '_static'
 OPTIONS = {
     'target': '--target-topic',
     'source': '--source-topic',
@@ -32,13 +33,27 @@ class Topics:
     source: str
     guess: str | None
     truth: str | None
-    tf: str | None = None
-    tf_static: str | None = None
+    tf: tuple[str, ...] = ()
+    tf_static: tuple[str, ...] = ()
     initial_pose: str | None = None
+
+    @property
+    def names(self):
+        """All of them, each once."""
+        transforms = *self.tf, *self.tf_static
+        roles = self.target, self.source, self.guess, self.truth, self.initial_pose, *transforms
+        return list(dict.fromkeys(name for name in roles if name))
 
 
 def find_topics(
-    recording, target=None, source=None, guess=None, truth=None, *, guess_type='transform'
+    recording,
+    target=None,
+    source=None,
+    guess=None,
+    truth=None,
+    *,
+    guess_type='transform',
+    tf=None,
 ):
     """Find the topics to replay; what is given by name is only checked.
 
@@ -47,6 +62,8 @@ def find_topics(
         target, source, guess, truth: names; None: found by type and name.
         guess_type: of `GuessConfig`; of type 'initial_pose' the guess is the topic of its poses.
             A recording may lack transforms to start from, not what else is asked for.
+        tf: names of topics of transforms, where guesses come from tf; None: /tf, or the only one.
+            What is static comes from the topic beside each, or from /tf_static.
 
     Raises:
         TopicNotFound: a name that the recording lacks or that has another type, no cloud topic,
@@ -73,8 +90,13 @@ def find_topics(
             found[role] = find_topic(recording, msgtype, role, taken=found.values())
         else:
             found[role] = _find_optional(recording, msgtype, role, taken=found.values())
-    tf = _find_tf(recording) if guess_type == 'tf' else {}
-    return Topics(*(found[role] for role in MSGTYPES), **tf, initial_pose=pose)
+    if tf and guess_type != 'tf':
+        raise TopicNotFound(
+            f'{", ".join(tf)} is given for tf, but guesses of type {guess_type!r} come from '
+            'elsewhere; from tf they come with --initial-guess-type tf'
+        )
+    transforms = _find_tf(recording, tf) if guess_type == 'tf' else ((), ())
+    return Topics(*(found[role] for role in MSGTYPES), *transforms, pose)
 
 
 def find_topic(recording, msgtype, role, given=None, taken=()):
@@ -147,17 +169,25 @@ def _find_pose(recording, guess_type, given):
     return named[0] if named else None
 
 
-def _find_tf(recording):
+def _find_tf(recording, given):
+    """Return the topics of moving and of static transforms."""
     names = [name for name, topic in recording.topics.items() if topic.msgtype == TF]
+    moving = [name for name in names if not name.endswith(STATIC)]
     if not names:
         raise TopicNotFound(f'{recording.path} has no topic of type {TF} to take the guess from')
-    found = {}
-    for role in ('tf', 'tf_static'):
-        ending = [name for name in names if name.rpartition('/')[2] == role]
-        if len(ending) > 1:
-            raise TopicNotFound(f'{recording.path} has several topics {", ".join(ending)}')
-        found[role] = ending[0] if ending else None
-    return found
+    if given:
+        chosen = [_named(recording, 'tf', name, TF) for name in given]
+    else:
+        chosen = [name for name in moving if name.lstrip('/') == 'tf'] or moving
+        if len(chosen) > 1:
+            raise TopicNotFound(
+                f'{recording.path} has {len(moving)} topics of transforms, and none is named /tf: '
+                f'{", ".join(moving)}; choose one or several with --tf-topic'
+            )
+    beside = [name + STATIC for name in chosen if name + STATIC in names]
+    static = beside or [name for name in names if name.lstrip('/') == 'tf_static']
+    only = [name for name in names if name.endswith(STATIC)]
+    return tuple(chosen), tuple(static or (only if len(only) == 1 else ()))
 
 
 def _named(recording, role, given, msgtype):

@@ -1,0 +1,135 @@
+"""The files of a recording: itself, or those of its folder, by metadata.yaml and by name."""
+
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.structured_text import UnreadableText, read_yaml
+
+KINDS = ('.mcap', '.db3', '.bag')
+COMPRESSED = ('.zstd', '.zst')
+SUFFIXES = (*KINDS, *(kind + each for kind in KINDS for each in COMPRESSED))
+METADATA = 'metadata.yaml'
+MOST_BYTES, MOST_VALUES = 2**22, 500_000  # of a metadata.yaml: hundreds of topics and files
+
+
+class UnreadableRecording(IdemError):
+    """A recording of which nothing can be read."""
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a folder should hold, and what it does."""
+
+    files: tuple[Path, ...]
+    """That are there, in the order of their names."""
+    missing: tuple[tuple[str, int | None], ...] = ()
+    """Names in metadata.yaml of files that are not there, with their numbers of messages."""
+    extra: tuple[str, ...] = ()
+    """Files that metadata.yaml does not name, and that are read."""
+    left_out: tuple[str, ...] = ()
+    """Files that it does not name, and that are not read."""
+    messages: int | None = None
+    """How many there should be; None: nothing says so."""
+    damage: str = ''
+    """Why metadata.yaml is not believed."""
+
+
+def recording_files(path):
+    """Return the files of a recording: itself, or those of its folder, by name.
+
+    Raises:
+        UnreadableRecording: there is none.
+    """
+    return list(contents_of(path).files)
+
+
+def contents_of(path):
+    """Return the `Contents` of a recording.
+
+    Raises:
+        UnreadableRecording: there is no such path, or no recording.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise UnreadableRecording(f'{path} does not exist; give a recording ({_suffixes()})')
+    if not path.is_dir():
+        if not path.is_file():
+            raise UnreadableRecording(f'{path} is no file; give a recording ({_suffixes()})')
+        if not path.name.endswith(SUFFIXES):
+            raise UnreadableRecording(f'{path} is no recording: its suffix must be {_suffixes()}')
+        return Contents((path,))
+    there = sorted(each for each in path.iterdir() if is_recording(each.name) and each.is_file())
+    if not there:
+        raise UnreadableRecording(f'the folder {path} holds no recording ({_suffixes()})')
+    if not (path / METADATA).is_file():
+        return Contents(_each_once(there))
+    try:
+        named, messages = _metadata(path / METADATA)
+    except UnreadableText as error:
+        return Contents(_each_once(there), damage=str(error)[:300])
+    except (ValueError, TypeError, LookupError, AttributeError) as error:
+        reason = f'{path / METADATA} is none of rosbag2: {type(error).__name__}: {error}'
+        return Contents(_each_once(there), damage=reason[:300])
+    return _matched(there, named, messages)
+
+
+def is_recording(name):
+    """Return whether a file's name is that of a recording, and not hidden."""
+    return name.endswith(SUFFIXES) and not name.startswith('.')
+
+
+def _suffixes():
+    return ', '.join(KINDS)
+
+
+def bare_name(name):
+    """Return the name of a file without the suffix of its compression."""
+    for suffix in COMPRESSED:
+        name = name.removesuffix(suffix)
+    return name
+
+
+def _each_once(files):
+    """Return files without those that are another one compressed."""
+    names = {file.name for file in files}
+    return tuple(f for f in files if bare_name(f.name) == f.name or bare_name(f.name) not in names)
+
+
+def _matched(there, named, messages):
+    files, missing = {}, []
+    for name, count in named:
+        # a folder that was compressed, or the other way round, by hand
+        same = [file for file in there if bare_name(file.name) == bare_name(name)]
+        same.sort(key=lambda file: (file.name != name, file.name))
+        if same:
+            files[same[0]] = count
+        else:
+            missing.append((name, count))
+    taken = {bare_name(file.name) for file in files}
+    kinds = {Path(bare_name(name)).suffix for name, _ in named}
+    others = [file for file in _each_once(there) if bare_name(file.name) not in taken]
+    extra = [file for file in others if Path(bare_name(file.name)).suffix in kinds]
+    return Contents(
+        tuple(sorted({*files, *extra})),
+        tuple(missing),
+        tuple(file.name for file in extra),
+        tuple(file.name for file in others if file not in extra),
+        messages,
+    )
+
+
+def _metadata(path):
+    """Return ([(name, messages or None)] of its files, messages in all) of a metadata.yaml."""
+    information = read_yaml(path, MOST_BYTES, MOST_VALUES)['rosbag2_bagfile_information']
+    names = [PurePosixPath(name).name for name in information['relative_file_paths']]
+    counts = {
+        PurePosixPath(each['path']).name: _count(each.get('message_count'))
+        for each in information.get('files') or ()
+    }
+    total = _count(information.get('message_count'))
+    return [(name, counts.get(name, counts.get(bare_name(name)))) for name in names], total
+
+
+def _count(value):
+    return value if type(value) is int and 0 <= value < 2**63 else None

@@ -1,0 +1,128 @@
+"""Compressed bytes inflated as far as they say themselves, and never beyond a bound."""
+
+import bz2
+import shutil
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import lz4.frame
+import zstandard
+
+from idem_ros.core.exceptions import IdemError
+
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
+PIECE = 2**20  # bytes
+LARGEST_RATIO = 1000  # of a file as a whole; clouds come to ten
+
+
+class TooLarge(IdemError):
+    """Compressed bytes that declare or inflate to more than the bound."""
+
+
+class Damaged(IdemError):
+    """Bytes that are not what they should be."""
+
+
+def inflated(content, compression, size, bound):
+    """Return what a chunk holds.
+
+    Args:
+        content: its bytes.
+        compression: '', 'none', 'zstd', 'lz4' or 'bz2'.
+        size: what it declares to inflate to [bytes].
+        bound: see `TooLarge`.
+
+    Raises:
+        TooLarge: before it is inflated.
+        Damaged: it is no such content, or holds more or less than it declares.
+    """
+    if size > bound:
+        raise TooLarge(f'{size} bytes, more than --max-chunk {bound}')
+    if compression in ('', 'none'):
+        result = content
+    else:
+        try:
+            result = _INFLATERS[compression](content, size + 1)
+        except KeyError:
+            raise Damaged(f'its compression {compression[:40]!r} is not known') from None
+        except Exception as error:  # of four libraries, each with its own
+            raise Damaged(' '.join(str(error).split()) or type(error).__name__) from error
+    if len(result) != size:
+        more = 'more than' if len(result) > size else f'{len(result)} of'
+        raise Damaged(f'it holds {more} the {size} bytes it declares')
+    return result
+
+
+def inflated_message(raw, bound):
+    """Return a message that may be compressed by itself, as rosbag2 does on demand.
+
+    Raises:
+        TooLarge, Damaged: see `inflated`.
+    """
+    if bytes(raw[:4]) != ZSTD_MAGIC:  # CDR begins with a zero
+        return raw
+    try:
+        size = zstandard.frame_content_size(bytes(raw[:18]))
+    except zstandard.ZstdError as error:
+        raise Damaged(str(error)) from error
+    if size < 0:  # it does not say
+        result = _zstd(raw, bound + 1)
+        if len(result) > bound:
+            raise TooLarge(f'more than --max-chunk {bound} bytes')
+        return result
+    return inflated(raw, 'zstd', size, bound)
+
+
+@contextmanager
+def inflated_file(path, bound):
+    """Yield the path of a zstd file's content, in a folder that is gone afterwards.
+
+    Args:
+        path: the file.
+        bound: [bytes]; a file may inflate to `LARGEST_RATIO` times its size, where that is more.
+
+    Raises:
+        TooLarge: it inflates to more, or to more than the disk has room for.
+        Damaged: it is no zstd.
+    """
+    limit = max(bound, LARGEST_RATIO * path.stat().st_size)
+    name = path.name
+    for suffix in ('.zstd', '.zst'):
+        name = name.removesuffix(suffix)
+    with TemporaryDirectory(prefix='idem_') as folder:
+        limit = min(limit, shutil.disk_usage(folder).free - 64 * PIECE)
+        inner = Path(folder) / name
+        try:
+            with path.open('rb') as stream, inner.open('wb') as out:
+                _copy(stream, out, limit)
+        except zstandard.ZstdError as error:
+            raise Damaged(f'its compression by zstd is damaged: {error}') from error
+        yield inner
+
+
+def _copy(stream, out, limit):
+    count = 0
+    with zstandard.ZstdDecompressor().stream_reader(stream, read_across_frames=True) as reader:
+        while piece := reader.read(PIECE):
+            count += len(piece)
+            if count > limit:
+                raise TooLarge(f'it inflates to more than {limit} bytes')
+            out.write(piece)
+
+
+def _zstd(content, limit):
+    # one call returns one block: ask until there is no more
+    with zstandard.ZstdDecompressor().stream_reader(bytes(content)) as reader:
+        return reader.read(limit)
+
+
+def _lz4(content, limit):
+    return lz4.frame.LZ4FrameDecompressor().decompress(content, max_length=limit)
+
+
+def _bz2(content, limit):
+    return bz2.BZ2Decompressor().decompress(content, max_length=limit)
+
+
+_INFLATERS = {'zstd': _zstd, 'lz4': _lz4, 'bz2': _bz2}

@@ -1,0 +1,243 @@
+"""An MCAP by its index, or where that is missing or damaged, record after record."""
+
+import io
+import struct
+import zlib
+from collections import Counter
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
+from mcap.records import Channel as ChannelRecord
+from mcap.records import Footer, Schema
+
+from idem_ros.recording.definitions import normalized
+from idem_ros.recording.embedded import MAGIC
+from idem_ros.recording.inflating import Damaged, TooLarge, inflated
+from idem_ros.recording.part import (
+    MAX_CHUNK,
+    NEVER,
+    Block,
+    Channel,
+    ClippedFile,
+    Logged,
+    in_log_order,
+)
+
+RECORD = struct.Struct('<BQ')  # opcode, length
+CHUNK = struct.Struct('<QQQII')  # begin, end, size, CRC, length of the compression's name
+MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
+FOOTER = 37  # bytes from its opcode to the end of the file
+ENCODED = {'ros1msg': 'ros1', 'ros2msg': 'cdr', 'ros2idl': 'cdr', 'omgidl': 'cdr'}
+
+
+class McapFile:
+    """The messages of an MCAP.
+
+    Args:
+        path: the file.
+        max_chunk: chunks that declare to inflate to more are left out [bytes].
+
+    Attributes:
+        channels: [`Channel`].
+        counts: {`Channel`: messages} that it should have.
+        begin: the earliest log time [ns].
+        damage: why it was read without its index; empty where that is in order or was not made.
+        bytes_read: how far it could be read then.
+        left_out: [why a chunk was left out] so far.
+    """
+
+    def __init__(self, path, max_chunk=MAX_CHUNK):
+        self.path = path
+        self.damage, self.left_out = '', []
+        self.counts = Counter()
+        self._max_chunk = max_chunk
+        self._schemas, self._by_id = {}, {}
+        self._blocks = []
+        self._bad = set()
+        self._stream = ClippedFile(path)
+        self.bytes_read = self._stream.size
+        try:
+            if not self._index():
+                self._scan()
+        except BaseException:
+            self.close()
+            raise
+        self.begin = min((block.begin for block in self._blocks), default=NEVER)
+
+    @property
+    def channels(self):
+        """[`Channel`] in the order of the file."""
+        return list(self._by_id.values())
+
+    def close(self):
+        """Close the file."""
+        self._stream.close()
+
+    def messages(self, channels):
+        """Yield the `Logged` of some channels in log order."""
+        ids = {id_ for id_, channel in self._by_id.items() if channel in channels}
+        blocks = [b for b in self._blocks if b.channels is None or b.channels & ids]
+        yield from in_log_order(blocks, lambda block: self._read(block, ids))
+
+    def _index(self):
+        """Take channels, counts and chunks from the summary; return whether it has them all."""
+        if self._stream.read(len(MAGIC)) != MAGIC:
+            size = self._stream.size
+            raise Damaged('it is empty' if not size else 'its magic is not that of an MCAP')
+        try:
+            self._stream.seek(0)
+            limit = self._stream.size
+            summary = SeekingReader(self._stream, record_size_limit=limit).get_summary()
+            if summary is not None:
+                self._require_crc()
+        except Exception as error:  # damaged bytes raise anything: struct.error, KeyError
+            self.damage = ' '.join(str(error).split()) or type(error).__name__
+            return False
+        if summary is None:
+            return False
+        self._schemas.update(summary.schemas)
+        for record in summary.channels.values():
+            self._add_channel(record)
+        found, chunks = summary.statistics, summary.chunk_indexes
+        if not found or len(chunks) != found.chunk_count or (found.message_count and not chunks):
+            return False
+        is_known = set(found.channel_message_counts) <= set(self._by_id)
+        if not is_known or len({each.chunk_start_offset for each in chunks}) < len(chunks):
+            return False
+        for id_, count in found.channel_message_counts.items():
+            self.counts[self._by_id[id_]] += count
+        for each in chunks:
+            ids = frozenset(each.message_index_offsets) or None
+            span = each.message_start_time, each.message_end_time
+            self._blocks.append(Block(*span, each.chunk_start_offset, ids))
+        return True
+
+    def _require_crc(self):
+        self._stream.seek(-FOOTER, io.SEEK_END)
+        tail = self._stream.read(FOOTER)
+        footer = Footer.read(ReadDataStream(io.BytesIO(tail[RECORD.size :])))
+        if footer.summary_crc:
+            self._stream.seek(footer.summary_start)
+            end = self._stream.size - FOOTER
+            crc = zlib.crc32(self._stream.read(end - footer.summary_start))
+            if zlib.crc32(tail[: FOOTER - 12], crc) != footer.summary_crc:
+                raise Damaged('the checksum of its index is wrong')
+
+    def _scan(self):
+        """Find every chunk and message, up to the end or where the next cannot be told."""
+        self._stream.seek(len(MAGIC))
+        while len(head := self._stream.read(RECORD.size)) == RECORD.size:
+            opcode, length = RECORD.unpack(head)
+            offset = self._stream.tell() - RECORD.size
+            end = offset + RECORD.size + length
+            is_end = opcode in (Opcode.DATA_END, Opcode.FOOTER)
+            if is_end or end > self._stream.size:
+                if not is_end:
+                    self.damage = self.damage or 'it ends within a record'
+                break
+            try:
+                self._take(opcode, length, offset)
+            except Damaged:
+                pass  # a chunk, which is named
+            except Exception as error:  # see `_index`
+                self.damage = self.damage or ' '.join(str(error).split())
+            self._stream.seek(end)
+            self.bytes_read = end
+
+    def _take(self, opcode, length, offset):
+        if opcode == Opcode.MESSAGE:
+            id_, _, log_time, _ = MESSAGE.unpack(self._stream.read(MESSAGE.size))
+            if id_ in self._by_id:
+                self.counts[self._by_id[id_]] += 1
+                self._blocks.append(Block(log_time, log_time, offset, frozenset({id_})))
+        elif opcode == Opcode.CHUNK:
+            times, ids = [], set()
+            for id_, log_time, _ in self._messages_in(self._content(offset)):
+                if id_ in self._by_id:
+                    self.counts[self._by_id[id_]] += 1
+                    times.append(log_time)
+                    ids.add(id_)
+            if times:
+                self._blocks.append(Block(min(times), max(times), offset, frozenset(ids)))
+        else:
+            self._definition(opcode, self._stream.read(length))
+
+    def _definition(self, opcode, content):
+        stream = ReadDataStream(io.BytesIO(content))
+        if opcode == Opcode.SCHEMA:
+            schema = Schema.read(stream)
+            self._schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            self._add_channel(ChannelRecord.read(stream))
+
+    def _add_channel(self, record):
+        schema = self._schemas.get(record.schema_id)
+        form = schema.encoding if schema else ''
+        name = schema.name if schema else ''
+        # an encoding that is not said is that of the definition
+        encoding = record.message_encoding or ENCODED.get(form, '')
+        is_ros = encoding in ENCODED.values()
+        definition = schema.data.decode('utf-8', 'replace') if schema and is_ros else ''
+        name = normalized(name) if is_ros else name
+        self._by_id[record.id] = Channel(record.topic, name, encoding, form, definition)
+
+    def _read(self, block, ids):
+        """Return the `Logged` of a block; none of one that is damaged, which is named."""
+        if block.offset in self._bad:
+            return []
+        try:
+            content = self._content(block.offset)
+            found = [each for each in self._messages_in(content) if each[0] in ids]
+        except (Damaged, struct.error, OSError):
+            return []  # it is named
+        # what is kept keeps the whole chunk: where that is much more, it is copied out
+        is_much = sum(len(raw) for *_, raw in found) * 2 > len(content)
+        kept = (lambda raw: raw) if is_much else bytes
+        return [Logged(time, self._by_id[id_], kept(raw)) for id_, time, raw in found]
+
+    def _content(self, offset):
+        """Return the records of a chunk, or a message by itself, as bytes.
+
+        Raises:
+            Damaged: it is, or is too large; the first time it is added to what was left out.
+        """
+        try:
+            return self._checked(offset)
+        except (TooLarge, Damaged, struct.error, OSError) as error:
+            if offset not in self._bad:
+                self._bad.add(offset)
+                self.left_out.append(f'the chunk at byte {offset}: {error}')
+            raise Damaged(str(error)) from error
+
+    def _checked(self, offset):
+        self._stream.seek(offset)
+        head = self._stream.read(RECORD.size)
+        opcode, length = RECORD.unpack(head)
+        if opcode == Opcode.MESSAGE:
+            return memoryview(head + self._stream.read(length))
+        if opcode != Opcode.CHUNK:
+            raise Damaged('there is none')
+        _, _, size, crc, name = CHUNK.unpack(self._stream.read(CHUNK.size))
+        compression = self._stream.read(name).decode('ascii', 'replace')
+        (compressed,) = struct.unpack('<Q', self._stream.read(8))
+        if size > self._max_chunk:
+            raise TooLarge(f'it declares {size} bytes, more than --max-chunk {self._max_chunk}')
+        content = inflated(self._stream.read(compressed), compression, size, self._max_chunk)
+        if crc and zlib.crc32(content) != crc:
+            raise Damaged('its checksum is wrong')
+        return memoryview(content)
+
+    def _messages_in(self, content):
+        """Yield (channel's number, log time, bytes) of records; take in schemas and channels."""
+        at = 0
+        while at + RECORD.size <= len(content):
+            opcode, length = RECORD.unpack_from(content, at)
+            at += RECORD.size
+            record = content[at : at + length]
+            at += length
+            if opcode == Opcode.MESSAGE:
+                id_, _, log_time, _ = MESSAGE.unpack_from(record)
+                yield id_, log_time, record[MESSAGE.size :]
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._definition(opcode, bytes(record))
