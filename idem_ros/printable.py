@@ -1,5 +1,6 @@
 """Names and texts of other people's, as a terminal, a table or a page may show them."""
 
+FORMULA = tuple('=+-@\t\r＝＋－＠')  # what a spreadsheet takes a cell for that begins so
 MOST = 1500  # letters of a message: some lines of a terminal
 
 
@@ -23,3 +24,48 @@ def message_line(text):
     if len(line) <= MOST:
         return line
     return f'{line[: 2 * MOST // 3]} ... {line[-MOST // 3 :]}'
+
+
+def cell(value):
+    """Return a cell of a CSV: a text as `printable`, quoted by ' where it would be a formula.
+
+    Numbers stay numbers, also those that are given as text.
+    """
+    if not isinstance(value, str):
+        return value
+    text = printable(value)
+    if not value.startswith(FORMULA):
+        return text
+    try:
+        float(value)
+    except ValueError:
+        return f"'{text}"
+    return text
+
+
+class ShownStream:
+    """A stream to a terminal that lets no control characters through but line ends and tabs.
+
+    Args:
+        stream: to write to; all but `write` is its own.
+    """
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def write(self, text):
+        """Write a text, each of its lines `printable`."""
+        self._stream.write(
+            text
+            if text.isprintable()
+            else ''.join(each if each in '\n\t' else printable(each) for each in text)
+        )
+        return len(text)
+
+    def writelines(self, lines):
+        """Write several texts."""
+        for line in lines:
+            self.write(line)

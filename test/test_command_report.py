@@ -1,5 +1,8 @@
+import csv
+import io
+
 import pytest
-from replayed import write_replayed
+from replayed import changed, write_replayed
 
 from idem_ros.commands.main import main
 from idem_ros.evaluation import report_plots
@@ -48,3 +51,28 @@ def test_a_result_named_twice_ends_with_2(tmp_path, capsys):
     result = str(write_replayed(tmp_path))
     assert main(['report', result, result, '--out', str(tmp_path / 'report')]) == 2
     assert 'named twice' in capsys.readouterr().err
+
+
+def test_what_a_result_holds_reaches_terminal_csv_and_page_without_controls(tmp_path, capsys):
+    evil = '=1+1\x1b[2J\u202e\nx'
+
+    def change(record):
+        record.update(bag=evil, notes=[evil], made_by={'parameters': {evil: evil}, evil: evil})
+        for frame in record['frames']:
+            frame.update({'status': evil, 'source_frame': evil, evil: 1.5, 'verdict': evil})
+
+    result = changed(write_replayed(tmp_path), change, 'evil')
+    assert main(['report', str(result), '--out', str(tmp_path / 'report')]) == 0
+    assert main(['compare', str(result), str(result)]) == 1  # of too few frames
+    shown = ''.join(capsys.readouterr())
+    for path in (tmp_path / 'report').iterdir():
+        if path.suffix in ('.html', '.csv'):
+            text = path.read_text()
+            assert not set('\x1b\u202e') & set(text), path
+            shown += text if path.suffix == '.csv' else ''
+    assert evil not in shown
+    assert '\x1b' not in shown
+    rows = csv.reader(io.StringIO((tmp_path / 'report' / 'frames_evil.csv').read_text()))
+    cells = [each for row in rows for each in row]
+    assert "'=1+1\\x1b[2J\\u202e\\nx" in cells
+    assert not [each for each in cells if each.startswith('=')]

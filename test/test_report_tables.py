@@ -81,10 +81,13 @@ def test_the_frames_are_complete_and_read_back_to_the_bit(run):
     assert float(lines[1]['second_difference_m']) == run.values('second_difference_m')[1]
 
 
-def test_text_with_commas_quotes_and_lines_survives_csv():
+def test_text_with_commas_and_quotes_survives_csv_and_its_line_ends_become_escapes():
     cell = 'a,"b"\nc'
     text = tables.csv_text(tables.Table(('x', 'y'), [(cell, None)]))
-    assert list(csv.reader(text.splitlines(keepends=True))) == [['x', 'y'], [cell, '']]
+    assert list(csv.reader(text.splitlines(keepends=True))) == [
+        ['x', 'y'],
+        [cell.replace('\n', r'\n'), ''],
+    ]
 
 
 def test_worst_frames_are_listed_in_the_order_given(run):

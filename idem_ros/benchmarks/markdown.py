@@ -1,5 +1,7 @@
 """Tables of Markdown that also read well as plain text."""
 
+from idem_ros.printable import printable
+
 
 def table(header, rows, left=1):
     """Return a Markdown table: the first columns to the left, the others to the right.
@@ -9,7 +11,7 @@ def table(header, rows, left=1):
         rows: sequences of cells, as long as the header; anything that `str` takes.
         left: how many columns hold words.
     """
-    lines = [[str(cell).replace('|', '\\|') for cell in row] for row in [header, *rows]]
+    lines = [[printable(cell).replace('|', '\\|') for cell in row] for row in [header, *rows]]
     widths = [max(3, *(len(line[k]) for line in lines)) for k in range(len(header))]
     rulers = ['-' * w if k < left else '-' * (w - 1) + ':' for k, w in enumerate(widths)]
     lines.insert(1, rulers)

@@ -3,6 +3,7 @@
 import argparse
 
 from idem_ros.commands.exit_codes import OK
+from idem_ros.printable import printable
 
 DESCRIPTION = """\
 Compare two files of `idem replay --json` of the same recording: replayed with other
@@ -51,8 +52,8 @@ def _text(a, b, comparison):
     from idem_ros.evaluation.comparison import MEASURES
 
     lines = [
-        f'A: {a.path}, of {a.bag}',
-        f'B: {b.path}, of {b.bag}',
+        printable(f'A: {a.path}, of {a.bag}'),
+        printable(f'B: {b.path}, of {b.bag}'),
         f'{comparison.shared} frames in both, {comparison.only_a} only in A, '
         f'{comparison.only_b} only in B',
         *(['note: the two are of recordings with different names'] if a.bag != b.bag else []),

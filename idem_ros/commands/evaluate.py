@@ -9,6 +9,7 @@ from pathlib import Path
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.options import add_topic_options, topics_from
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
+from idem_ros.printable import printable
 
 DESCRIPTION = """\
 Replay every recording in worker processes, as `idem replay` does one of them, and
@@ -95,7 +96,7 @@ def _settings(args):
             'call it for each, with a folder of its own'
         )
     for note in notes:
-        print(f'note: {note}', file=sys.stderr)
+        print(printable(f'note: {note}'), file=sys.stderr)
     return every[0]
 
 

@@ -2,6 +2,8 @@
 
 import sys
 
+from idem_ros.printable import printable
+
 
 class Lines:
     """The lines of an evaluation, while entered.
@@ -31,7 +33,7 @@ class Lines:
             return
         if index not in self._bars:
             self._bars[index] = tqdm(
-                total=total, desc=self._tasks[index].path, unit='msg', leave=False
+                total=total, desc=printable(self._tasks[index].path), unit='msg', leave=False
             )
         bar = self._bars[index]
         bar.n = done  # a task that is done again begins anew
@@ -51,4 +53,5 @@ class Lines:
         else:
             how = 'there already' if outcome.text is None else 'evaluated'
             text = f'{outcome.path}: {how}'
-        tqdm.write(f'[{self._ended}/{len(self._tasks)}] {text}', file=sys.stderr)
+        line = printable(f'[{self._ended}/{len(self._tasks)}] {text}')
+        tqdm.write(line, file=sys.stderr)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.core.exceptions import IdemError
+from idem_ros.printable import printable
 
 DESCRIPTION = """\
 Hold each RESULT of `idem replay` (of --json or --out) to the rules of a YAML file,
@@ -101,7 +102,7 @@ def _lines(found):
     for path, findings in found.items():
         width = max(len(finding.rule.text) for finding in findings)
         held = sum(finding.holds for finding in findings)
-        yield f'{path}: {held} of {len(findings)} rules hold'
+        yield printable(f'{path}: {held} of {len(findings)} rules hold')
         for finding in findings:
             verdict = 'pass' if finding.holds else 'FAIL'
             value = finding.reason or f'{finding.value:.6g}'

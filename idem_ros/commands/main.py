@@ -4,6 +4,7 @@ import argparse
 import logging
 import os
 import sys
+from contextlib import redirect_stdout
 
 from idem_ros.commands import (
     bag,
@@ -24,7 +25,7 @@ from idem_ros.commands import (
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 from idem_ros.interrupts import came
-from idem_ros.printable import message_line
+from idem_ros.printable import ShownStream, message_line
 
 COMMANDS = (
     register,
@@ -74,9 +75,10 @@ def main(argv=None):
     parser = _parser()
     args = parser.parse_args(argv)
     _refuse_empty(parser, args)
-    logging.basicConfig(format='idem: %(message)s')
+    _log_in_lines()
     try:
-        code = args.run(args)
+        with redirect_stdout(ShownStream(sys.stdout)):
+            code = args.run(args)
         sys.stdout.flush()
         return code
     except SystemExit as ended:
@@ -109,6 +111,16 @@ def _ended_by(error):
         return None
     print(f'idem: error: {message_line(error)}', file=sys.stderr)
     return USAGE if isinstance(error, UsageError) else FAILED
+
+
+def _log_in_lines():
+    class Line(logging.Formatter):
+        def format(self, record):
+            return message_line(super().format(record))
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(Line('idem: %(message)s'))
+    logging.basicConfig(handlers=[handler])
 
 
 def _let_any_name_be_printed():

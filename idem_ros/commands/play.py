@@ -6,6 +6,7 @@ from argparse import ArgumentTypeError
 from idem_ros.commands.exit_codes import INTERRUPTED, OK
 from idem_ros.commands.options import add_max_chunk
 from idem_ros.commands.rclpy_needed import require_rclpy
+from idem_ros.printable import printable
 
 PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
 
@@ -94,4 +95,4 @@ def _rate(text):
 
 
 def _say(text):
-    print(f'idem play: {text}', file=sys.stderr)
+    print(f'idem play: {printable(text)}', file=sys.stderr)

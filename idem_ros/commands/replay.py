@@ -11,6 +11,7 @@ from idem_ros.commands.replay_outputs import outputs_for, write_outputs
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.settings import IDEM
+from idem_ros.printable import printable
 
 DESCRIPTION = """\
 Refine every pair of BAG, as the live node would, and report the errors.
@@ -141,10 +142,10 @@ def _again(args):
     stream = sys.stderr if args.json == '-' else sys.stdout
     for name, version in versions(settings.method).items():
         if version != (then := result.made_by['versions'].get(name)):
-            print(f'note: {name} was {then} and is {version}', file=stream)
+            print(printable(f'note: {name} was {then} and is {version}'), file=stream)
     print(f'{found.agreeing} of {found.frames} frames agree bit for bit', file=stream)
     if found.first:
-        print(f'the first that differs: {found.first}', file=stream)
+        print(printable(f'the first that differs: {found.first}'), file=stream)
     if code == INTERRUPTED:
         return code
     return FAILED if found.first else OK  # whether pairs were registered is no matter here

@@ -4,6 +4,7 @@ import numpy as np
 
 from idem_ros.benchmarks.markdown import number, table
 from idem_ros.evaluation.result_file import COUNTS
+from idem_ros.printable import printable
 
 PERCENTILES = {
     'time_ms': {'median': 50, 'p95': 95},
@@ -83,9 +84,11 @@ def overall_table(record):
     header = ['median of', *COUNTS, 'with truth', *(title for title, _, _ in SHOWN)]
     lines = [table(header, [*rows, _row('all', record['pooled'])])] if rows else []
     for entry in evaluated:
-        lines += [f'note: {entry["bag"]}: {note}' for note in entry['notes']]
+        lines += [printable(f'note: {entry["bag"]}: {note}') for note in entry['notes']]
     lines.append(f'{len(evaluated)} of {len(evaluated) + len(failed)} recordings evaluated')
-    lines += [f'  not evaluated: {named(entry["bag"], entry["reason"])}' for entry in failed]
+    lines += [
+        printable(f'  not evaluated: {named(entry["bag"], entry["reason"])}') for entry in failed
+    ]
     return '\n'.join(lines)
 
 

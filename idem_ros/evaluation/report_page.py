@@ -2,12 +2,13 @@
 
 from base64 import b64encode
 from hashlib import sha256
-from html import escape
+from html import escape as escaped
 from importlib.resources import files
 from itertools import groupby
 
 from idem_ros.evaluation import report_tables
 from idem_ros.evaluation.report_plots import COLOURS
+from idem_ros.printable import printable
 
 MISSING = '–'
 LONG = 48  # letters of a cell from which on it is cut, and told in full on hovering
@@ -70,6 +71,11 @@ def page(runs, plots, worst, downloads):
             f'<script>{script}</script></body></html>\n',
         ]
     )
+
+
+def escape(text):
+    """Return a text as HTML that shows it, and hides nothing of it."""
+    return escaped(printable(text))
 
 
 def _beside(name):

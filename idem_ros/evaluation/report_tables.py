@@ -11,6 +11,7 @@ import numpy as np
 
 from idem_ros.evaluation.report_runs import MEASURES
 from idem_ros.evaluation.result_file import COUNTS
+from idem_ros.printable import cell
 
 WHEN = ('before', 'after')
 STATISTICS = {'median': 50, 'p90': 90, 'max': 100}
@@ -99,9 +100,10 @@ def worst(run, order):
 
 
 def csv_text(table):
-    """Return a table as CSV; an unknown number is an empty cell."""
+    """Return a table as CSV; an unknown number is an empty cell, and no text a formula."""
     text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerows([table.header, *table.rows])
+    rows = [[cell(each) for each in row] for row in [table.header, *table.rows]]
+    csv.writer(text, lineterminator='\n').writerows(rows)
     return text.getvalue()
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from idem_ros.diagnostics import assessment_record, is_registered
 from idem_ros.evaluation.trajectory_report import report
+from idem_ros.printable import printable
 from idem_ros.recording.part import LOSSES
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
@@ -73,8 +74,10 @@ def table(replayed, audit=False):
     numbers = summary(replayed)
     topics = replayed.topics
     lines = [
-        f'{replayed.path}: target {topics.target}, source {topics.source}, '
-        f'guess {topics.guess or "none"}, truth {topics.truth or "none"}',
+        printable(
+            f'{replayed.path}: target {topics.target}, source {topics.source}, '
+            f'guess {topics.guess or "none"}, truth {topics.truth or "none"}'
+        ),
         '',
         *_header(replayed.method, audit),
     ]
@@ -91,7 +94,7 @@ def table(replayed, audit=False):
             'the trajectory, begun on the truth:',
             report(replayed.sequence.errors).rstrip(),
         ]
-    return '\n'.join([*lines, '', *_counts(replayed, audit)])
+    return '\n'.join([*lines, '', *map(printable, _counts(replayed, audit))])
 
 
 def why_nothing(replayed):

@@ -10,6 +10,7 @@ from idem_ros.diagnostics import ERROR, OK, STALE, WARN
 from idem_ros.node.interface import OUTPUTS
 from idem_ros.node.messages import diagnostics_message
 from idem_ros.node.traffic import Load
+from idem_ros.printable import printable
 from idem_ros.refinement import Refinement
 
 PERIOD = 1.0  # [s]
@@ -54,7 +55,8 @@ class Report:
     def refused(self, reason: str, stamp: int, counts: dict[str, int]) -> None:
         """Report a source that was refused, by its stamp [ns]."""
         if self.is_on:
-            self._node.get_logger().warning(f'refused: {reason}', throttle_duration_sec=PERIOD)
+            text = f'refused: {printable(reason)}'
+            self._node.get_logger().warning(text, throttle_duration_sec=PERIOD)
         self._event(ERROR, reason, {'status': 'refused', 'reason': reason, **counts}, stamp)
 
     def clock_set_back(self, by: str, counts: dict[str, int]) -> None:
@@ -77,7 +79,8 @@ class Report:
             values, level = {'status': state, 'reason': reason, **counts}, self._level_of(state)
             self._send('registration', level, reason, values, self._now())
             if level == STALE:
-                self._node.get_logger().warning(reason, throttle_duration_sec=SAID_AGAIN)
+                text = printable(reason)
+                self._node.get_logger().warning(text, throttle_duration_sec=SAID_AGAIN)
         self._reported_lately = False
         self._send('load', load.level, load.reason, load.values, self._now())
 
