@@ -88,7 +88,7 @@ $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@echo 'Setting up $(VENV) (once, about a minute) ...'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-		--editable '.[ros,plot,bench,cluster,test]' --constraint constraints.txt
+		--editable '.[ros,plot,survey,bench,cluster,test]' --constraint constraints.txt
 	@touch $@
 
 # not the environment of the checkout: nothing of the source is found here, nor is colcon there
@@ -96,6 +96,6 @@ $(INSTALLED)/.ready: setup.py setup.cfg pyproject.toml constraints.txt
 	@echo 'Setting up $(INSTALLED) (once, about two minutes) ...'
 	$(PYTHON) -m venv $(INSTALLED)
 	$(INSTALLED_BIN)/python -m pip install --quiet --disable-pip-version-check \
-		'.[ros,plot,bench,test]' colcon-ros colcon-output colcon-test-result \
+		'.[ros,plot,survey,bench,test]' colcon-ros colcon-output colcon-test-result \
 		--constraint constraints.txt
 	@touch $@

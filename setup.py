@@ -8,7 +8,8 @@ PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
 EXPERIMENTS = ['matplotlib', 'pymeshlab']
-TEST = ['pytest', 'hypothesis', 'ruff==0.17.6', 'evo']
+TEST = ['pytest', 'hypothesis', 'pypcd4', 'ruff==0.17.6', 'evo']
+SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
 BENCH = ['small_gicp', 'psutil']
 
@@ -32,7 +33,8 @@ setup(
         'lz4',
         'zstandard',
         'plyfile',
-        'pypcd4',
+        'python-neo-lzf',
+        'pandas',
         'pydantic>=2',
         'pyyaml',
         'tqdm',
@@ -41,6 +43,7 @@ setup(
         'ros': ROS,
         'plot': PLOT,
         'experiments': EXPERIMENTS,
+        'survey': SURVEY,
         'bench': BENCH,
         'cluster': CLUSTER,
         'test': TEST,

@@ -2,7 +2,10 @@
 
 from math import isfinite
 
+import numpy as np
+
 from idem_ros.core import Status, Verdict
+from idem_ros.core.se3 import skew
 
 OK, WARN, ERROR, STALE = range(4)
 WRONG = (Verdict.MISALIGNED, Verdict.SEPARATED, Verdict.OUTSIDE_BASIN)
@@ -64,6 +67,21 @@ def is_usable(result):
     if said is None or said.verdict is not Verdict.DEGENERATE:
         return is_registered(result)
     return isfinite(said.p_aligned)  # else nothing is known of it; a low one has another verdict
+
+
+def covariance_at(point, covariance, T_target_source):
+    """Move the (6, 6) covariance of an `Assessment` from the source's origin to a point of it.
+
+    Far from the origin the errors of rotation and translation cancel; at a point they do not.
+
+    Args:
+        point: (3,) in the source frame.
+        covariance: x y z rx ry rz, of the source frame's pose in the target frame.
+        T_target_source: (4, 4).
+    """
+    moved = np.eye(6)
+    moved[:3, 3:] = -skew(T_target_source[:3, :3] @ np.asarray(point, dtype=np.float64))
+    return moved @ covariance @ moved.T
 
 
 def is_registered(result):

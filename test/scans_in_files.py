@@ -5,8 +5,8 @@ from clouds import motion, surface
 from plyfile import PlyData, PlyElement
 
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.pose_files import write_tum
-from idem_ros.trajectory_files import write_kitti
+from idem_ros.files.pose_file import write_tum
+from idem_ros.files.trajectory_file import write_kitti
 
 
 def scans(rng, count=4, points=300):

@@ -7,8 +7,8 @@ from clouds import motion, surface
 from scans_in_files import scans, write_kitti_sequence, write_numbered
 
 from idem_ros.commands.main import main
+from idem_ros.files.pose_file import write_pose
 from idem_ros.pointcloud2 import read_points
-from idem_ros.pose_files import write_pose
 from idem_ros.recording.reader import open_recording
 from idem_ros.transform_message import matrix_of, stamp_ns
 

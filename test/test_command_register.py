@@ -7,7 +7,7 @@ from clouds import error_of, motion, surface
 
 from idem_ros.commands.main import main
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.pose_files import read_pose, write_pose
+from idem_ros.files.pose_file import read_pose, write_pose
 
 
 @pytest.fixture
@@ -32,14 +32,39 @@ def test_prints_the_pose_and_how_it_ended(files, capsys):
     assert out.splitlines()[6].startswith('aligned (p_aligned 0.9')
 
 
-def test_standard_deviations_have_units(files, capsys):
+def test_standard_deviations_have_units_and_a_place(files, capsys):
     argv = ['register', 'target.npy', 'source.npy', '--guess', 'guess.txt']
     main([*argv, '--json'])
-    m, deg = np.split(np.diag(json.loads(capsys.readouterr().out)['covariance']) ** 0.5, 2)
+    result = json.loads(capsys.readouterr().out)
+    middle = np.median(np.load('source.npy'), axis=0)
+    x, y, z = np.array(result['T_target_source'])[:3, :3] @ middle
+    moved = np.eye(6)
+    moved[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    covariance = moved @ np.array(result['covariance']) @ moved.T
+    m, deg = np.split(np.diag(covariance) ** 0.5, 2)
     x, y, z, rx, ry, rz = (f'{each:.3g}' for each in (*m, *np.degrees(deg)))
     main(argv)
-    shown = f'standard deviations: x {x} y {y} z {z} m, rx {rx} ry {ry} rz {rz} deg'
-    assert shown in capsys.readouterr().out.splitlines()
+    assert (
+        f'standard deviations at the middle of the source: x {x} y {y} z {z} m, '
+        f'rx {rx} ry {ry} rz {rz} deg'
+    ) in capsys.readouterr().out.splitlines()
+
+
+def test_far_from_the_origin_digits_and_deviations_still_say_something(files, capsys):
+    far = np.array([431234.5, 5412345.6, 312.0])
+    source = transform_points(files, np.load('source.npy'))
+    np.save('far_target.npy', np.load('target.npy') + far)
+    np.save('far_source.npy', source + far)
+    main(['register', 'far_target.npy', 'far_source.npy', '--out', 'T.txt'])
+    lines = capsys.readouterr().out.splitlines()
+    printed = np.array([line.split() for line in lines[1:5]], dtype=float)
+    gap = transform_points(printed, source + far) - transform_points(
+        np.loadtxt('T.txt'), source + far
+    )
+    assert np.abs(gap).max() < 1e-5
+    (said,) = [line for line in lines if 'at the middle of the source' in line]
+    metres = said.split(': ')[1].split(' m,')[0].split()[1::2]
+    assert max(map(float, metres)) < 0.01
 
 
 def test_a_pose_that_is_not_aligned_has_no_standard_deviations(files, capsys):

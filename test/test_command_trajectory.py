@@ -6,8 +6,8 @@ from trajectories import drive
 
 from idem_ros.commands.main import main
 from idem_ros.evaluation.trajectory import ape, statistics
-from idem_ros.pose_files import write_tum
-from idem_ros.trajectory_files import write_csv, write_kitti
+from idem_ros.files.pose_file import write_tum
+from idem_ros.files.trajectory_file import write_csv, write_kitti
 
 
 @pytest.fixture

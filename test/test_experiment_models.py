@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from idem_ros.cloud_files import UnreadableCloud
 from idem_ros.core import fourth_neighbor_distance
 from idem_ros.experiments.conditions import case_names, make_case
 from idem_ros.experiments.models import POINTS, R_4TH, UnusableModel, paper_model
+from idem_ros.files.cloud_file import UnreadableCloud
 
 
 def test_the_stand_in_has_the_papers_size_and_spacing_and_says_that_it_stands_in():

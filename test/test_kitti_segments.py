@@ -3,7 +3,7 @@ import pytest
 from trajectories import drive
 
 from idem_ros.evaluation.kitti_segments import LENGTHS, segment_errors
-from idem_ros.trajectory_files import Trajectory
+from idem_ros.files.trajectory_file import Trajectory
 
 
 def by_the_devkit(truth, found, lengths):

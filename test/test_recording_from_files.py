@@ -4,13 +4,13 @@ from scans_in_files import scans, write_kitti_sequence, write_numbered
 
 from idem_ros.core.se3 import inverse
 from idem_ros.evaluation.replay import pairs_of, replay
+from idem_ros.files.scan_folder import read_scan_folder
 from idem_ros.pointcloud2 import read_points
 from idem_ros.recording import from_files
 from idem_ros.recording.from_files import folder_messages
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
-from idem_ros.scan_folders import read_scan_folder
 
 STAMPS = [0, 5_200_000_000, 5_200_000_100, 5_400_000_000]  # timeless; 100 ns apart
 
@@ -55,7 +55,9 @@ def test_log_times_increase_and_there_is_no_tf(folder):
 def test_a_scan_is_read_once_and_only_when_its_turn_comes(folder, monkeypatch):
     read = []
     given = from_files.read_cloud
-    monkeypatch.setattr(from_files, 'read_cloud', lambda path: read.append(path) or given(path))
+    monkeypatch.setattr(
+        from_files, 'read_cloud', lambda path, columns: read.append(path) or given(path)
+    )
     topics = []
     for topic, _, _ in folder_messages(folder):
         topics.append(topic)

@@ -14,8 +14,8 @@ from idem_ros.evaluation.trajectory import (
     rpe,
     statistics,
 )
-from idem_ros.pose_files import write_tum
-from idem_ros.trajectory_files import Trajectory, read_trajectory
+from idem_ros.files.pose_file import write_tum
+from idem_ros.files.trajectory_file import Trajectory, read_trajectory
 
 SAME = {'rtol': 0, 'atol': 1e-6}
 RELATIONS = {

@@ -3,7 +3,7 @@
 import numpy as np
 from clouds import motion
 
-from idem_ros.trajectory_files import Trajectory
+from idem_ros.files.trajectory_file import Trajectory
 
 START = 1_700_000_000 * 10**9
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from idem_ros.benchmarks.case import Case
-from idem_ros.cloud_files import read_cloud
+from idem_ros.files.cloud_file import read_cloud
 
 SHARED = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 ROLES = ('target', 'source')

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.options import CLOUD_KINDS, add_columns_option
 
 DESCRIPTION = """\
 Write an MCAP with /target, /source, /initial_guess and /ground_truth, and no /tf,
@@ -18,9 +19,9 @@ with TARGET once and each SOURCE with its guess and truth; or from a folder of s
 with each scan registered to the one before. FOLDER is a KITTI odometry sequence
 (velodyne/*.bin, calib.txt, and poses.txt; for sequences/07 also ../../poses/07.txt),
 whose poses are brought from the camera to the LiDAR: T = Tr^-1 Pi^-1 Pj Tr. With
---trajectory it holds .ply, .pcd or .bin files whose names end in their number, one
-for each pose of the sensor in the trajectory (TUM lines; or CSV or KITTI's twelve
-numbers), whose stamps they take. Without stamps, scans are 0.1 s apart.
+--trajectory it holds cloud files whose names end in their number, one for each pose
+of the sensor in the trajectory (TUM lines; or CSV or KITTI's twelve numbers), whose
+stamps they take. Without stamps, scans are 0.1 s apart.
 """
 
 
@@ -34,10 +35,10 @@ def add_parser(subparsers):
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        'target', metavar='TARGET|FOLDER', help='cloud file (.ply .pcd .xyz .bin .npy) or folder'
+        'target', metavar='TARGET|FOLDER', help=f'cloud file ({CLOUD_KINDS}) or folder'
     )
     parser.add_argument('sources', metavar='SOURCE', nargs='*', help='cloud files')
-    pose = 'pose of each SOURCE in the frame of TARGET: a 4x4 matrix or one TUM line'
+    pose = 'pose of each SOURCE in the frame of TARGET: a 4x4 or 3x4 matrix or one TUM line'
     parser.add_argument('--guess', metavar='FILE', nargs='+', default=[], help=f'initial {pose}')
     parser.add_argument('--truth', metavar='FILE', nargs='+', default=[], help=f'true {pose}')
     parser.add_argument('--trajectory', metavar='FILE', help='poses of the scans in FOLDER')
@@ -47,6 +48,7 @@ def add_parser(subparsers):
         help='guesses of a FOLDER: the true motion of the pair before, the identity for the '
         'first (velocity, the default), or always the identity',
     )
+    add_columns_option(parser)
     parser.add_argument('--out', metavar='FILE.mcap', required=True, help='recording to write')
     parser.set_defaults(run=run)
 
@@ -85,13 +87,14 @@ def _check_folder(args):
 
 
 def _write_files(args):
-    from idem_ros.pose_files import read_pose
+    from idem_ros.files.pose_file import read_pose
     from idem_ros.recording.from_files import file_messages
     from idem_ros.recording.writer import write_mcap
 
     guesses = [read_pose(file) for file in args.guess]
     truths = [read_pose(file) for file in args.truth]
-    write_mcap(args.out, file_messages(args.target, args.sources, guesses, truths))
+    messages = file_messages(args.target, args.sources, guesses, truths, args.columns)
+    write_mcap(args.out, messages)
     return (
         f'{args.out}: target 1, sources {len(args.sources)}, '
         f'guesses {len(guesses)}, truths {len(truths)}'
@@ -101,15 +104,19 @@ def _write_files(args):
 def _write_folder(args):
     from tqdm import tqdm
 
+    from idem_ros.files.scan_folder import read_scan_folder
     from idem_ros.recording.from_files import folder_messages
     from idem_ros.recording.writer import write_mcap
-    from idem_ros.scan_folders import read_scan_folder
 
     folder = read_scan_folder(args.target, args.trajectory)
     start = args.start or 'velocity'
     pairs = len(folder.scans) - 1
     messages = tqdm(
-        folder_messages(folder, start), total=4 * pairs, unit='msg', leave=False, disable=None
+        folder_messages(folder, start, args.columns),
+        total=4 * pairs,
+        unit='msg',
+        leave=False,
+        disable=None,
     )
     write_mcap(args.out, messages)
     guess = 'the motion before' if start == 'velocity' else 'the identity'

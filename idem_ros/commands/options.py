@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.files.columns import parse_columns
 from idem_ros.guesses import GuessConfig
 from idem_ros.parameters import is_optional, is_whole, parameter_name
 from idem_ros.preprocessing import PreprocessingConfig
@@ -18,6 +19,7 @@ TITLES = {
     PairingConfig: 'pairing of clouds by their stamps',
     GuessConfig: 'initial guesses',
 }
+CLOUD_KINDS = '.ply .pcd .xyz .txt .csv .pts .asc .bin .npy .las .laz .e57'
 REPLAYED = tuple(TITLES)
 ROLES = {
     'target': 'PointCloud2',
@@ -56,6 +58,17 @@ def add_config_options(parser, without=(), config_type=RegistrationConfig):
             choices=choices,
             **option,
         )
+
+
+def add_columns_option(parser):
+    """Add --columns, for files that do not say what their columns are."""
+    parser.add_argument(
+        '--columns',
+        type=_columns,
+        metavar='N|X,Y,Z',
+        help='how many columns a .bin has; or which three columns of a table are x, y and z: '
+        'their names, or their numbers from 1, as 2,3,4 (default: as the file says)',
+    )
 
 
 def add_topic_options(parser):
@@ -163,6 +176,13 @@ def _numbers(text):
         return tuple(float(part) for part in text.split(','))
     except ValueError as error:
         raise ArgumentTypeError(f'{text!r} is no list of numbers such as 4,2,1') from error
+
+
+def _columns(text):
+    try:
+        return parse_columns(text)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from error
 
 
 def _metavar(field):

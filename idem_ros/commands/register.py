@@ -3,7 +3,12 @@
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
-from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.commands.options import (
+    CLOUD_KINDS,
+    add_columns_option,
+    add_config_options,
+    config_from,
+)
 from idem_ros.preprocessing import PreprocessingConfig, preprocess
 
 
@@ -16,16 +21,17 @@ def add_parser(subparsers):
         'one from the identity: it does not find a pose from far off. The exit code is 0 where '
         'the verdict is aligned (with --assessment none: it converged), else 1.',
     )
-    kinds = '.ply .pcd .xyz .txt .csv .bin .npy'
-    parser.add_argument('target', metavar='TARGET', help=f'cloud file ({kinds})')
+    parser.add_argument('target', metavar='TARGET', help=f'cloud file ({CLOUD_KINDS})')
     parser.add_argument('source', metavar='SOURCE', help='cloud file')
     parser.add_argument(
         '--guess',
         metavar='FILE',
-        help='pose of SOURCE to start from: a 4x4 matrix or one TUM line (default: identity)',
+        help='pose of SOURCE to start from: a 4x4 or 3x4 matrix, or one TUM line '
+        '(default: identity)',
     )
     parser.add_argument('--out', metavar='FILE', help='write the refined pose, a 4x4 matrix')
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
+    add_columns_option(parser)
     add_config_options(parser)
     add_config_options(parser, config_type=PreprocessingConfig)
     parser.set_defaults(run=run)
@@ -34,22 +40,23 @@ def add_parser(subparsers):
 def run(args):
     """Register, print and write."""
     from idem_ros.atomic_file import require_writable
-    from idem_ros.cloud_files import read_cloud
     from idem_ros.core import register
     from idem_ros.diagnostics import is_registered
-    from idem_ros.pose_files import read_pose, write_pose
+    from idem_ros.files.cloud_file import read_cloud
+    from idem_ros.files.pose_file import read_pose, write_pose
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
     if args.out:
         _refuse_inputs_as_output(args)
         require_writable(args.out)
     guess = read_pose(args.guess) if args.guess else None
-    target = _preprocessed(args.target, read_cloud(args.target), preprocessing, is_target=True)
-    source = _preprocessed(args.source, read_cloud(args.source), preprocessing)
+    target, source = (read_cloud(file, args.columns) for file in (args.target, args.source))
+    target = _preprocessed(args.target, target, preprocessing, is_target=True)
+    source = _preprocessed(args.source, source, preprocessing)
     result = register(target, source, guess, config)
     if args.out:
         write_pose(args.out, result.T_target_source)
-    print(_json(args, result) if args.json else _text(args, result))
+    print(_json(args, result) if args.json else _text(args, result, source))
     return OK if is_registered(result) else FAILED
 
 
@@ -94,8 +101,12 @@ def _json(args, result):
     )
 
 
-def _text(args, result):
-    rows = (' '.join(f'{number:16.9f}' for number in row) for row in result.T_target_source)
+def _text(args, result, source):
+    digits = _digits(result.T_target_source, source)
+    rows = (
+        ' '.join(f'{number:{digits + 7}.{digits}f}' for number in row)
+        for row in result.T_target_source
+    )
     return '\n'.join(
         [
             'T_target_source:',
@@ -103,16 +114,28 @@ def _text(args, result):
             f'{result.status.value} after {result.iterations} iterations: '
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
             f'overlap {result.overlap:.1%}, radius {result.radius:.6g} m',
-            *_said(result.assessment),
+            *_said(result.assessment, result.T_target_source, source),
             *([] if args.guess else ['note: no --guess: the initial guess is the identity']),
         ]
     )
 
 
-def _said(assessment):
+def _digits(T_target_source, source):
+    """Return how many decimals keep every point where it is to a micrometre in a kilometre.
+
+    Nine, and one more for each power of ten that the farthest is beyond.
+    """
+    import numpy as np
+
+    farthest = max(np.abs(source).max(), np.abs(T_target_source[:3, 3]).max())
+    return 9 + int(np.clip(np.ceil(np.log10(max(farthest, 1e-300) / 1e3)), 0, 7))
+
+
+def _said(assessment, T_target_source, source):
     import numpy as np
 
     from idem_ros.core.assessment import Verdict
+    from idem_ros.diagnostics import covariance_at
 
     if assessment is None:
         return
@@ -122,9 +145,12 @@ def _said(assessment):
         yield f'target registered to source ends {assessment.swap_gap:.3g} m from it'
     if assessment.verdict not in (Verdict.ALIGNED, Verdict.DEGENERATE):
         return
-    metres, radians = np.split(assessment.covariance.diagonal() ** 0.5, 2)
+    middle = np.median(source, axis=0)
+    covariance = covariance_at(middle, assessment.covariance, T_target_source)
+    metres, radians = np.split(np.sqrt(covariance.diagonal().clip(0.0)), 2)
     yield (
-        f'standard deviations: {_deviations(("x", "y", "z"), metres, 1.0)} m, '
+        'standard deviations at the middle of the source: '
+        f'{_deviations(("x", "y", "z"), metres, 1.0)} m, '
         f'{_deviations(("rx", "ry", "rz"), radians, np.degrees(1.0))} deg'
     )
 

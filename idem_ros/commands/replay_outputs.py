@@ -109,7 +109,7 @@ def _refuse_collisions(inputs, outputs):
 def _write_tum(file, replayed):
     import numpy as np
 
-    from idem_ros.pose_files import write_tum
+    from idem_ros.files.pose_file import write_tum
 
     def refinements():
         return (frame.refinement for frame in replayed.frames)

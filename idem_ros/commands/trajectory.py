@@ -74,7 +74,7 @@ def add_parser(subparsers):
 def run(args):
     """Read both, compare, print."""
     from idem_ros.evaluation import trajectory_report
-    from idem_ros.trajectory_files import read_trajectory
+    from idem_ros.files.trajectory_file import read_trajectory
 
     deltas = _deltas(args.delta) if args.delta else trajectory_report.DELTAS
     lengths = args.lengths or trajectory_report.LENGTHS

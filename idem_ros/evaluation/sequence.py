@@ -17,13 +17,13 @@ from idem_ros.evaluation.sequence_errors import errors_of, tie_of
 from idem_ros.evaluation.settings import SCAN
 from idem_ros.evaluation.spool import Spool
 from idem_ros.evaluation.truths import Truths
+from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.interrupts import held_back
 from idem_ros.pair import Refusal
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import Topics, find_topic
 from idem_ros.refinement import PreparedCloud, Refinement, prepared, q_tot_at
-from idem_ros.trajectory_files import Trajectory
 from idem_ros.transform_message import stamp_ns
 
 ODOM = 'odom'

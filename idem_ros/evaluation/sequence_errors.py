@@ -3,7 +3,7 @@
 from idem_ros.core.se3 import inverse
 from idem_ros.evaluation.trajectory import IncomparableTrajectories, associate
 from idem_ros.evaluation.trajectory_report import compared
-from idem_ros.trajectory_files import Trajectory
+from idem_ros.files.trajectory_file import Trajectory
 
 
 def tie_of(truths, estimate, frame):

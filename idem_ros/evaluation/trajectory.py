@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.trajectory_files import Trajectory
+from idem_ros.files.trajectory_file import Trajectory
 
 TOLERANCE = 0.01  # [s] between stamps that belong together
 DELTA_TOLERANCE = 0.1  # of a distance: by how much a pair of `all_pairs` may miss it

@@ -14,7 +14,7 @@ from idem_ros.evaluation.trajectory import (
     rpe,
     statistics,
 )
-from idem_ros.trajectory_files import Trajectory
+from idem_ros.files.trajectory_file import Trajectory
 
 DELTAS = ((1, 'f'), (1.0, 'm'))
 MEASURES = {

@@ -5,8 +5,8 @@ from array import array
 import numpy as np
 
 from idem_ros.core import IdemError
+from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.pair import frame_contradiction
-from idem_ros.trajectory_files import Trajectory
 from idem_ros.transform_message import matrix_of, stamp_ns
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from idem_ros.benchmarks.surfaces import SIZE, STRETCH, remeshed_points
-from idem_ros.cloud_files import read_cloud
 from idem_ros.core import fourth_neighbor_distance
 from idem_ros.core.exceptions import IdemError
+from idem_ros.files.cloud_file import read_cloud
 
 POINTS = 1597  # of the paper's B_0
 R_4TH = 3.13  # [mm], of the paper's B_0

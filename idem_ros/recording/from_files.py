@@ -2,33 +2,34 @@
 
 import numpy as np
 
-from idem_ros.cloud_files import read_cloud
 from idem_ros.core.se3 import inverse
+from idem_ros.files.cloud_file import read_cloud
+from idem_ros.files.scan_folder import START, STEP
 from idem_ros.recording.messages import cloud_message, transform_message
-from idem_ros.scan_folders import START, STEP
 
 FINEST_STEP = 1e-5  # of a cloud's extent
 DELAY = 10**6  # [ns]: of equal log times no format keeps the order
 FRAMES = 'target', 'source'
 
 
-def file_messages(target, sources, guesses=(), truths=()):
+def file_messages(target, sources, guesses=(), truths=(), columns=None):
     """Yield (topic, log time, message) of one target and many sources, as in a live run.
 
     Args:
         target, sources: cloud files.
         guesses, truths: (4, 4) poses of each source in the target's frame, or none.
+        columns: as `read_cloud` takes them.
     """
-    yield '/target', START, _message(read_cloud(target), START, 'target')
+    yield '/target', START, _message(read_cloud(target, columns), START, 'target')
     for i, source in enumerate(sources):
         stamp = START + (i + 1) * STEP
-        yield '/source', stamp, _message(read_cloud(source), stamp, 'source')
+        yield '/source', stamp, _message(read_cloud(source, columns), stamp, 'source')
         for k, (topic, poses) in enumerate(_poses(guesses, truths), start=1):
             if len(poses):
                 yield topic, stamp + k * DELAY, transform_message(poses[i], stamp, *FRAMES)
 
 
-def folder_messages(folder, start='velocity'):
+def folder_messages(folder, start='velocity', columns=None):
     """Yield (topic, log time, message) of a `ScanFolder`: each scan against the one before.
 
     A scan is a source at its stamp and a target half-way to the next one: whoever pairs them as
@@ -39,6 +40,7 @@ def folder_messages(folder, start='velocity'):
         folder: `ScanFolder`.
         start: the guess. 'velocity': the true motion of the pair before (constant velocity),
             for the first pair the identity; 'identity': for every pair.
+        columns: as `read_cloud` takes them.
     """
     stamps = folder.stamps
     truths = [
@@ -48,7 +50,7 @@ def folder_messages(folder, start='velocity'):
     guesses = [np.eye(4), *truths[:-1]] if start == 'velocity' else [np.eye(4)] * len(truths)
     for k, (scan, stamp) in enumerate(zip(folder.scans, stamps, strict=True)):
         gap = stamps[k + 1] - stamp if k + 1 < len(stamps) else STEP
-        points = read_cloud(scan)
+        points = read_cloud(scan, columns)
         if k:
             yield '/source', stamp, _message(points, stamp, 'source')
             for i, (topic, poses) in enumerate(_poses(guesses, truths), start=1):

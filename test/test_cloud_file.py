@@ -3,7 +3,7 @@ import pytest
 from plyfile import PlyData, PlyElement, PlyListProperty
 from pypcd4 import Encoding, PointCloud
 
-from idem_ros.cloud_files import READERS, UnreadableCloud, read_cloud
+from idem_ros.files.cloud_file import READERS, UnreadableCloud, read_cloud
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def test_reads_pcd_of_an_old_version_without_viewpoint(tmp_path):
         '1 2 3 0.5\n4 5 6 0.5',
         '   1e0   2e0\t3.0\r\n   4   5   6\r\n',
         '1,2,3\n4,5,6\n',
-        'x,y,z,nx\n1 , 2 , 3 , 9,9\n4 , 5 , 6 , 9,9\n',
+        'x,y,z,nx\n1 , 2 , 3 , 9\n4 , 5 , 6 , 9\n',
         'time;Z;Y;X\n0;3;2;1\n0;6;5;4\n',
         '\ufeff"x","y","z"\n1,2,3\n4,5,6\n',
         '# a comment\n\n// and a header\n1 2 3\n4 5 6\n',

@@ -1,5 +1,6 @@
 """Folders of scans with the sensor's poses: KITTI odometry, or numbered files and a trajectory."""
 
+import logging
 import re
 from dataclasses import dataclass
 from decimal import Decimal
@@ -10,12 +11,15 @@ from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.se3 import checked_transform
-from idem_ros.trajectory_files import read_trajectory
+from idem_ros.files.cloud_file import KINDS, READERS
+from idem_ros.files.trajectory_file import read_trajectory
 
 START = 10**9  # [ns]; a stamp of 0 would mean "timeless"
 STEP = 10**8  # [ns] between scans
-SUFFIXES = ('.ply', '.pcd', '.bin')
+TABLES = ('.txt', '.csv')  # beside the scans these may hold anything
 NUMBER = re.compile(r'\d+(\.\d+)?$', re.ASCII)
+
+logger = logging.getLogger(__name__)
 
 
 class UnreadableScans(IdemError):
@@ -37,9 +41,9 @@ def read_scan_folder(folder, trajectory=None):
     """Find the scans of a folder and the pose of each.
 
     Args:
-        folder: with a trajectory: of numbered .ply, .pcd or .bin files, whose names end in
-            their number. Without: a KITTI odometry sequence, with `velodyne/*.bin`, `calib.txt`
-            and `poses.txt`, or `../../poses/07.txt` for `sequences/07`.
+        folder: with a trajectory: of numbered cloud files, whose names end in their number.
+            Without: a KITTI odometry sequence, with `velodyne/*.bin`, `calib.txt` and
+            `poses.txt`, or `../../poses/07.txt` for `sequences/07`.
         trajectory: file of the sensor's poses, one for each scan, as `read_trajectory` takes
             it; its stamps become those of the scans.
 
@@ -54,7 +58,8 @@ def read_scan_folder(folder, trajectory=None):
     folder = Path(folder)
     if trajectory is None:
         return _kitti(folder)
-    scans, poses = _numbered(folder, SUFFIXES), read_trajectory(trajectory)
+    scans = _numbered(folder, tuple(READERS), Path(trajectory))
+    poses = read_trajectory(trajectory)
     return _matched(scans, poses.poses, poses.stamps, f'poses in {trajectory}')
 
 
@@ -96,15 +101,20 @@ def _lidar_in_camera(folder):
         ) from error
 
 
-def _numbered(folder, suffixes):
+def _numbered(folder, suffixes, trajectory=None):
     """Return the clouds of a folder in the order of their numbers."""
     if not folder.is_dir():
         raise UnreadableScans(f'{folder} is no folder of scans')
-    files = {}
+    files, skipped = {}, []
     for path in sorted(folder.iterdir()):
-        if path.suffix.lower() not in suffixes or path.name.startswith('.'):
+        if path.suffix.lower() not in suffixes or path.name.startswith('.') or path.is_dir():
             continue
-        number = NUMBER.search(path.stem)
+        if trajectory is not None and trajectory.exists() and path.samefile(trajectory):
+            continue
+        number = NUMBER.search(path.stem.removesuffix('.pcd'))
+        if number is None and path.suffix.lower() in TABLES:
+            skipped.append(path.name)
+            continue
         if number is None:
             raise UnreadableScans(
                 f'{path} is not numbered; the name of each scan must end in its number, as in '
@@ -113,8 +123,11 @@ def _numbered(folder, suffixes):
         other = files.setdefault(Decimal(number[0]), path)
         if other != path:
             raise UnreadableScans(f'{other} and {path} have the same number; which is it?')
+    if skipped:
+        logger.warning('%s: not numbered, so no scans: %s', folder, ', '.join(skipped))
     if not files:
-        raise UnreadableScans(f'{folder} holds no cloud; its files must be {", ".join(suffixes)}')
+        kinds = KINDS if len(suffixes) > 1 else suffixes[0]
+        raise UnreadableScans(f'{folder} holds no cloud; its files must be numbered: {kinds}')
     return tuple(files[number] for number in sorted(files))
 
 

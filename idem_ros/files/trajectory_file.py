@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.se3 import checked_transform
-from idem_ros.pose_files import tum_line
+from idem_ros.files.pose_file import tum_line, words_of
+from idem_ros.files.text_lines import numbered_lines, text_of
+from idem_ros.files.unreadable import refuse_special
 from idem_ros.transform_message import matrix_from
 
 TUM_NUMBERS, KITTI_NUMBERS = 8, 12
@@ -40,7 +42,7 @@ class Trajectory:
 
 
 def read_trajectory(path):
-    """Read a trajectory file; lines that begin with # are comments.
+    """Read a trajectory file; blanks, commas or semicolons part its numbers, # begins a comment.
 
     Args:
         path: a .csv file whose first line is `stamp,x,y,z,qx,qy,qz,qw`; any other file holds
@@ -94,22 +96,21 @@ def write_csv(path, stamps, transforms):
 
 def _lines(path):
     """Return (number, words) of each line that is no comment."""
+    refuse_special(path, UnreadableTrajectory)
     try:
-        text = path.read_text(encoding='utf-8-sig')
+        lines, _ = numbered_lines(text_of(path.read_bytes()))
     except OSError as error:
         raise UnreadableTrajectory(f'{path} cannot be read: {error.strerror or error}') from error
-    except UnicodeDecodeError as error:
-        raise UnreadableTrajectory(f'{path} is no trajectory; it must be a text file') from error
-    separator = ',' if path.suffix.lower() == '.csv' else None
-    return [
-        (number, [word.strip() for word in line.split(separator)])
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith('#')
-    ]
+    except IdemError as error:
+        raise UnreadableTrajectory(
+            f'{path} is no trajectory, it must be a text file: {error}'
+        ) from error
+    return [(number, words_of(line)) for number, line in lines]
 
 
 def _after_header(path, lines):
-    if not lines or lines[0][1] != CSV_HEADER.split(','):
+    names = [word.strip('"').lower() for word in lines[0][1]] if lines else []
+    if names != CSV_HEADER.split(','):
         raise UnreadableTrajectory(f'{path} must begin with the line {CSV_HEADER}')
     return lines[1:]
 

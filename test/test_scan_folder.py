@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scans_in_files import scans, write_kitti_sequence, write_numbered
 
-from idem_ros.cloud_files import read_cloud
 from idem_ros.core import IdemError
-from idem_ros.scan_folders import START, STEP, read_scan_folder
+from idem_ros.files.cloud_file import read_cloud
+from idem_ros.files.scan_folder import START, STEP, read_scan_folder
 
 STAMPS = [5 * 10**9, 5_200_000_000, 5_300_000_001, 5_400_000_000]
 

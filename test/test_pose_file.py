@@ -1,10 +1,12 @@
+import os
+
 import numpy as np
 import pytest
 from clouds import motion
 
 from idem_ros.atomic_file import UnwritableFile
 from idem_ros.core import IdemError
-from idem_ros.pose_files import UnreadablePose, read_pose, write_pose, write_tum
+from idem_ros.files.pose_file import UnreadablePose, read_pose, write_pose, write_tum
 
 
 def test_a_written_pose_comes_back_exactly(tmp_path, rng):
@@ -47,7 +49,7 @@ def test_a_matrix_of_few_digits_is_made_orthonormal(tmp_path):
         '',
         'this is no pose',
         '1 0 0\n0 1 0\n0 0 1\n',
-        '1 0 0 0\n0 1 0 0\n0 0 1 0\n',
+        '1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0 0 0 1\n',
         '1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 1 1\n',
         '2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n',
         '1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n',
@@ -65,6 +67,35 @@ def test_what_is_no_pose_is_refused_in_one_line_with_the_name(tmp_path, content)
         read_pose(path)
     assert str(path) in str(refused.value)
     assert '\n' not in str(refused.value)
+
+
+ROWS = ['0 -1 0 1.5', '1 0 0 2', '0 0 1 -3', '0 0 0 1']
+
+
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16'])
+@pytest.mark.parametrize('between', [' ', ',', ', ', ';', '\t', ' ; '])
+@pytest.mark.parametrize('rows', [3, 4])
+@pytest.mark.parametrize('end', ['\n', '\r\n', ' '])
+def test_a_matrix_comes_in_rows_or_in_a_line_with_any_separator(
+    tmp_path, encoding, between, rows, end
+):
+    end = between if end == ' ' else end
+    text = end.join(row.replace(' ', between) for row in ROWS[:rows]) + '\n'
+    (tmp_path / 'pose.txt').write_text(text, encoding=encoding, newline='')
+    expected = [[float(word) for word in row.split()] for row in ROWS]
+    np.testing.assert_array_equal(read_pose(tmp_path / 'pose.txt'), expected)
+
+
+def test_decimal_commas_are_no_pose(tmp_path):
+    (tmp_path / 'pose.txt').write_text('1,0 0,0 0,0 0,0\n0,0 1,0 0,0 0,0\n0,0 0,0 1,0 0,0\n')
+    with pytest.raises(UnreadablePose, match='lines of 8, 8, 8 numbers'):
+        read_pose(tmp_path / 'pose.txt')
+
+
+def test_a_pipe_named_as_a_pose_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / 'pose.txt')
+    with pytest.raises(UnreadablePose, match='a pipe'):
+        read_pose(tmp_path / 'pose.txt')
 
 
 def test_a_missing_or_binary_file_is_refused(tmp_path):

@@ -3,8 +3,8 @@ import pytest
 from trajectories import drive
 
 from idem_ros.atomic_file import UnwritableFile
-from idem_ros.pose_files import write_tum
-from idem_ros.trajectory_files import (
+from idem_ros.files.pose_file import write_tum
+from idem_ros.files.trajectory_file import (
     UnreadableTrajectory,
     read_trajectory,
     write_csv,
@@ -73,6 +73,16 @@ def test_a_bad_line_is_named_by_file_and_number(tmp_path, name, text, words):
     assert str(refused.value).startswith(str(tmp_path / name))
     assert words in str(refused.value)
     assert '\n' not in str(refused.value)
+
+
+@pytest.mark.parametrize('between', [',', ', ', ';', '\t'])
+def test_a_mark_commas_and_tabs_are_read(tmp_path, between):
+    lines = ['1.5 1 2 3 0 0 0 1', '2.5 2 2 3 0 0 0 1']
+    text = '\n'.join(line.replace(' ', between) for line in lines)
+    (tmp_path / 'a.txt').write_text(text, encoding='utf-8-sig')
+    trajectory = read_trajectory(tmp_path / 'a.txt')
+    assert list(trajectory.stamps) == [1_500_000_000, 2_500_000_000]
+    np.testing.assert_array_equal(trajectory.poses[:, 0, 3], [1, 2])
 
 
 def test_what_is_no_text_or_not_there_is_refused(tmp_path):

@@ -1,0 +1,1 @@
+"""Files of clouds and of poses, in the layouts that scanners, drivers and libraries write."""

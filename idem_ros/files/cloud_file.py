@@ -1,0 +1,100 @@
+"""Read point clouds from files, in the layouts that scanners, drivers and libraries write."""
+
+import logging
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.files.bin_file import read_bin
+from idem_ros.files.npy_file import read_npy
+from idem_ros.files.pcd_file import read_pcd
+from idem_ros.files.ply_file import read_ply
+from idem_ros.files.survey_files import read_e57, read_las
+from idem_ros.files.text_table import read_text
+from idem_ros.files.unreadable import UnreadableCloud, refuse_special
+
+READERS = {
+    '.ply': read_ply,
+    '.pcd': read_pcd,
+    '.xyz': read_text,
+    '.txt': read_text,
+    '.csv': read_text,
+    '.pts': read_text,
+    '.asc': read_text,
+    '.bin': read_bin,
+    '.npy': read_npy,
+    '.las': read_las,
+    '.laz': read_las,
+    '.e57': read_e57,
+}
+KINDS = ' '.join(READERS)
+
+logger = logging.getLogger(__name__)
+
+
+def read_cloud(path, columns=None):
+    """Read the usable points of a cloud file; what is left out is logged as a warning.
+
+    Left out are points that are not finite, and exact zeros where there are several of them: how
+    scanners fill what they did not measure.
+
+    .ply and .pcd in all their encodings; .npy of (N, 3) or more columns, or with fields x, y, z;
+    .bin of float32 or float64 in 3 to 6 columns; .las, .laz, .e57 (extra `survey`); tables of
+    text (.xyz .txt .csv .pts .asc), whose header names x, y, z, else the first three columns.
+
+    Args:
+        path: the file; its suffix says what it is.
+        columns: for a table or fields, the three that are x, y, z: their names, or numbers from
+            1; for .bin, how many there are. None: as the file says.
+
+    Returns:
+        (N, 3) float64, N >= 1, in the file's unit and frame.
+
+    Raises:
+        UnreadableCloud: another suffix, no such file, no file, damaged or cut off, a layout that
+            cannot be told, or no usable point.
+    """
+    path = Path(path)
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise UnreadableCloud(
+            f'{path} is no cloud file that can be read: its suffix must be one of '
+            f'{", ".join(READERS)}'
+        )
+    refuse_special(path, UnreadableCloud)
+    try:
+        if path.is_file() and path.stat().st_size == 0:
+            raise UnreadableCloud('it is empty')
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore')
+            points = np.asarray(reader(path, columns), dtype=np.float64)
+    except IdemError as error:
+        raise UnreadableCloud(f'{path} cannot be read: {error}') from error
+    except OSError as error:
+        raise UnreadableCloud(f'{path} cannot be read: {error.strerror or error}') from error
+    except Exception as error:  # damaged bytes raise anything, from struct.error to KeyError
+        reason = ' '.join(str(error).split())[:200] or type(error).__name__
+        raise UnreadableCloud(
+            f'{path} cannot be read, it may be cut off or damaged: {reason}'
+        ) from error
+    return _usable(points, path)
+
+
+def _usable(points, path):
+    finite = np.isfinite(points).all(axis=1)
+    zero = ~points.any(axis=1)
+    padding = zero if zero.sum() > 1 else np.zeros_like(zero)  # one may be a point of a model
+    usable = finite & ~padding
+    if not usable.any():
+        raise UnreadableCloud(
+            f'{path} holds {len(points)} points and none is usable; '
+            'at least one must be finite and not zero'
+        )
+    if not usable.all():
+        logger.warning(
+            '%s: of %d points %d are not finite and %d exactly zero, left out',
+            *(path, len(points), len(points) - finite.sum(), padding.sum()),
+        )
+    return points[usable]

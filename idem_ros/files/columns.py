@@ -1,0 +1,100 @@
+"""Which columns of a table, or fields of a record, are x, y and z."""
+
+import re
+
+from idem_ros.files.unreadable import UnreadableCloud
+
+SHOWN = 12  # names in a message
+UNIT = re.compile(r'[\[({][^\])}]*[\])}]')
+TOKEN = re.compile(r'[^\W_]+')
+FILLING = {'point', 'points', 'pos', 'position', 'coord', 'coords', 'coordinate', 'coordinates'}
+FILLING |= {'m', 'xyz', 'cartesian', 'field', 'vertex'}  # Points_m_XYZ:0, position.x, x_m
+WORDS = (
+    {'x', 'easting', 'east', 'rechtswert'},
+    {'y', 'northing', 'north', 'hochwert'},
+    {'z', 'elevation', 'elev', 'height', 'altitude', 'up', 'höhe', 'hoehe'},
+)
+XCOORD = re.compile(r'([xyz])_?(?:coord|coordinate|pos)s?$|(?:coord|pos)_?([xyz])$')
+
+
+def xyz_columns(names, columns=None):
+    """Return the indices of x, y and z among names.
+
+    Args:
+        names: of the columns, in their order; '' for one without.
+        columns: three names, or numbers from 1, chosen by the user; None: by what names mean.
+
+    Raises:
+        UnreadableCloud: they are not there, or more than one could be meant.
+    """
+    if columns is not None:
+        return tuple(_chosen(column, names) for column in columns)
+    for known in (_exact, _folded, _meant):
+        found = [[i for i, name in enumerate(names) if known(name) == axis] for axis in range(3)]
+        if all(len(each) == 1 for each in found):
+            return tuple(each[0] for each in found)
+    raise UnreadableCloud(
+        f'its columns are {_listed(names)}; which of them are x, y and z must be said: '
+        '--columns NAME,NAME,NAME'
+    )
+
+
+def numbered_columns(count, columns):
+    """Return three indices of a table without names, given numbers from 1."""
+    return tuple(_chosen(column, [''] * count) for column in columns)
+
+
+def parse_columns(text):
+    """Read what `--columns` is given: a number of columns, or three names or numbers.
+
+    Raises:
+        ValueError: anything else.
+    """
+    parts = [part.strip() for part in text.split(',')]
+    if len(parts) == 1 and parts[0].isdecimal() and 0 < len(parts[0]) < 4:
+        return int(parts[0])
+    if len(parts) != 3 or not all(parts):
+        raise ValueError(f'{text!r} is neither a number of columns nor three names or numbers')
+    return tuple(int(part) if part.isdecimal() else part for part in parts)
+
+
+def _chosen(column, names):
+    if isinstance(column, int) and str(column) not in names:
+        if not 1 <= column <= len(names):
+            raise UnreadableCloud(f'it has {len(names)} columns, and no column {column}')
+        return column - 1
+    if list(names).count(str(column)) != 1:
+        raise UnreadableCloud(f'no column, or more than one, is called {column!r} {_of(names)}')
+    return list(names).index(str(column))
+
+
+def _of(names):
+    return f'among {_listed(names)}' if any(names) else 'in a table without names; give numbers'
+
+
+def _listed(names):
+    shown = ', '.join(repr(str(name)[:40]) for name in names[:SHOWN])
+    return shown + (f' and {len(names) - SHOWN} more' if len(names) > SHOWN else '')
+
+
+def _exact(name):
+    return 'xyz'.find(name) if len(name) == 1 else -1
+
+
+def _folded(name):
+    return _exact(name.strip().lower())
+
+
+def _meant(name):
+    """Return the axis that a name means, 0 to 2; -1 for none."""
+    plain = UNIT.sub(' ', name.strip().lower())
+    glued = XCOORD.search(plain.strip())
+    if glued and len(plain.strip()) == len(glued[0]):
+        return 'xyz'.index(glued[1] or glued[2])
+    tokens = TOKEN.findall(plain)
+    rest = [token for token in tokens if token not in FILLING]
+    if len(rest) != 1:
+        return -1
+    if rest[0] in ('0', '1', '2') and len(tokens) > 1:
+        return int(rest[0])
+    return next((axis for axis, words in enumerate(WORDS) if rest[0] in words), -1)

@@ -1,0 +1,53 @@
+"""Clouds as NumPy saves arrays."""
+
+import math
+
+import numpy as np
+from numpy.lib import format as npy
+
+from idem_ros.files.records import points_of_records
+from idem_ros.files.unreadable import UnreadableCloud
+
+MOST_COLUMNS = 64  # of an array of points; more are points in columns
+
+
+def read_npy(path, columns=None):
+    """Read (N, 3) points of an array of rows, or of one with fields x, y, z in any shape."""
+    with path.open('rb') as stream:
+        _refuse_short(stream, path.stat().st_size)
+        array = np.load(stream, allow_pickle=False)
+    if array.dtype.names:
+        return points_of_records(array, columns)
+    points_in_rows = array.ndim == 2 and 3 <= array.shape[1] <= MOST_COLUMNS
+    if not points_in_rows or array.dtype.kind not in 'fiu':
+        raise UnreadableCloud(
+            f'it has shape {str(array.shape)[:80]} and dtype {array.dtype}; it must be (N, 3), of '
+            'numbers, a point a row'
+        )
+    chosen = (1, 2, 3) if columns is None else columns
+    if isinstance(chosen, int) or not all(isinstance(c, int) for c in chosen):
+        raise UnreadableCloud('its columns have no names; --columns takes three numbers')
+    if not all(1 <= c <= array.shape[1] for c in chosen):
+        raise UnreadableCloud(f'it has {array.shape[1]} columns; --columns is {chosen}')
+    return array[:, [c - 1 for c in chosen]]
+
+
+def _refuse_short(stream, size):
+    """Refuse an array that is declared larger than its file, before it is allocated."""
+    try:
+        version = npy.read_magic(stream)
+    except ValueError as error:
+        raise UnreadableCloud('it does not begin as an array of NumPy does (np.save)') from error
+    header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = header(stream)
+    if dtype.hasobject:
+        raise UnreadableCloud('it holds Python objects, which are not opened')
+    wanted = math.prod(shape) * dtype.itemsize
+    if wanted > size - stream.tell():
+        raise UnreadableCloud(
+            f'it is cut off: shape {str(shape)[:80]} of {dtype.itemsize} bytes each is more than '
+            f'the {size - stream.tell()} bytes that follow its header'
+        )
+    if min(shape, default=1) < 0 or (dtype.itemsize == 0 and math.prod(shape)):
+        raise UnreadableCloud(f'its shape {str(shape)[:80]} is none of points')
+    stream.seek(0)

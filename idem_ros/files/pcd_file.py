@@ -1,0 +1,100 @@
+"""Clouds as PCL writes them: ascii, binary and compressed."""
+
+import struct
+
+import numpy as np
+
+from idem_ros.files.columns import xyz_columns
+from idem_ros.files.pcd_header import read_pcd_header
+from idem_ros.files.unreadable import UnreadableCloud
+
+# LZF makes of three bytes at most 264; nothing that is larger can come of a file
+MOST_INFLATED = 100
+
+
+def read_pcd(path, columns=None):
+    """Read (N, 3) points of a PCD file.
+
+    Nothing is allocated that its bytes do not fill.
+    """
+    content = path.read_bytes()
+    header = read_pcd_header(content)
+    names = [field.name for field in header.fields]
+    chosen = [header.fields[i] for i in xyz_columns(names, columns)]
+    if any(field.count != 1 for field in chosen):
+        raise UnreadableCloud('its x, y, z have a COUNT that is not 1')
+    if header.points == 0:
+        raise UnreadableCloud('it says itself that it holds 0 points')
+    body = memoryview(content)[header.body :]
+    if header.encoding == 'ascii':
+        return _ascii(header, body, chosen)
+    if header.encoding == 'binary':
+        return _rows(header, body, chosen)
+    return _compressed(header, body, chosen)
+
+
+def _rows(header, body, chosen):
+    if header.points * header.size > len(body):
+        _cut_off(header, len(body) // max(header.size, 1))
+    dtype = np.dtype([(f'{i}', f.dtype, f.count) for i, f in enumerate(header.fields)])
+    table = np.frombuffer(body, dtype, header.points)
+    return _stacked(table[f'{header.fields.index(field)}'] for field in chosen)
+
+
+def _compressed(header, body, chosen):
+    import lzf
+
+    if len(body) < 8:
+        _cut_off(header, 0)
+    packed, unpacked = struct.unpack('<II', body[:8])
+    if unpacked != header.points * header.size:
+        raise UnreadableCloud(
+            f'it inflates to {unpacked} bytes, and {header.points} points of {header.size} bytes '
+            f'are {header.points * header.size}'
+        )
+    if packed > len(body) - 8 or unpacked > MOST_INFLATED * packed:
+        raise UnreadableCloud(
+            f'it is cut off or damaged: {len(body) - 8} bytes cannot inflate to {unpacked}'
+        )
+    # as many bytes as come out of LZF were packed as they are
+    content = body[8 : 8 + packed]
+    content = lzf.decompress(bytes(content), unpacked) if packed != unpacked else content
+    if content is None or len(content) != unpacked:
+        raise UnreadableCloud('its compressed points are damaged')
+    found, at = {}, 0
+    for field in header.fields:  # field after field, not point after point
+        if field in chosen:
+            found[field] = np.frombuffer(content, field.dtype, header.points, at)
+        at += np.dtype(field.dtype).itemsize * field.count * header.points
+    return _stacked(found[field] for field in chosen)
+
+
+def _ascii(header, body, chosen):
+    rows = [row for row in bytes(body).split(b'\n') if row.strip()]
+    if len(rows) < header.points:
+        _cut_off(header, len(rows))
+    width = sum(field.count for field in header.fields)
+    starts = np.cumsum([0, *(field.count for field in header.fields)])
+    at = [int(starts[header.fields.index(field)]) for field in chosen]
+    points = np.empty((header.points, 3))
+    for i, row in enumerate(rows[: header.points]):
+        words = row.split()
+        if len(words) != width:
+            raise UnreadableCloud(
+                f'point {i + 1} holds {len(words)} numbers, and its FIELDS and COUNT {width}'
+            )
+        try:
+            points[i] = [float(words[k]) for k in at]
+        except ValueError as error:
+            raise UnreadableCloud(f'point {i + 1} is no point: {error}') from error
+    return points
+
+
+def _stacked(columns):
+    return np.stack([column.reshape(-1).astype(np.float64) for column in columns], axis=1)
+
+
+def _cut_off(header, found):
+    raise UnreadableCloud(
+        f'it is cut off: it holds {found} points where the header says {header.points}'
+    )

@@ -1,0 +1,39 @@
+"""Text files of any encoding as lines without comments."""
+
+import re
+
+from idem_ros.files.unreadable import UnreadableCloud
+
+MARKS = {b'\xef\xbb\xbf': 'utf-8-sig', b'\xff\xfe': 'utf-16', b'\xfe\xff': 'utf-16'}
+COMMENT = ('#', '//', '%', '!')
+
+
+def text_of(content):
+    """Return bytes as text, by their byte order mark; without one UTF-8, else Windows-1252.
+
+    Raises:
+        UnreadableCloud: they are no text.
+    """
+    encoding = next((name for mark, name in MARKS.items() if content.startswith(mark)), 'utf-8')
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError as error:
+        if encoding != 'utf-8':
+            raise UnreadableCloud(f'it is no text in {encoding}: {error.reason}') from error
+        text = content.decode('cp1252', errors='replace')
+    if '\x00' in text:
+        raise UnreadableCloud('it is no text: there are zero bytes in it')
+    return text
+
+
+def numbered_lines(text):
+    """Return (line number, line) of what is neither blank nor a comment, and the comments."""
+    lines, comments = [], []
+    for number, line in enumerate(re.split(r'\r\n|\r|\n', text), start=1):
+        bare = line.strip(' \ufeff\x1a')
+        if bare.startswith(COMMENT):
+            comments.append((number, bare))
+        elif bare.strip():
+            cut = bare.find('#') if '"' not in bare else -1
+            lines.append((number, bare[:cut].rstrip(' ') if cut > 0 else bare))
+    return lines, comments
