@@ -18,8 +18,9 @@ STREAMED = {
     'pose_with_covariance': 'geometry_msgs/msg/PoseWithCovarianceStamped',
     'odometry': 'nav_msgs/msg/Odometry',
 }
-HEARD = {**STREAMED, 'last': STREAMED['transform']}  # on ~/initial_guess, by type
 POSE = STREAMED['pose_with_covariance']  # what RViz's "2D Pose Estimate" sends, on /initialpose
+# on ~/initial_guess, by type
+HEARD = {**STREAMED, 'initial_pose': POSE, 'last': STREAMED['transform']}
 FOLLOWING = ('initial_pose', 'last')  # start where such a pose says, go on from the last result
 TF = 'tf2_msgs/msg/TFMessage'
 GUESS_TYPES = (*STREAMED, 'tf', *FOLLOWING, 'identity')
@@ -40,9 +41,9 @@ class GuessConfig:
         '"pose_with_covariance" (PoseWithCovarianceStamped) or "odometry" (Odometry); "tf" (the '
         'source frame in the target frame, from /tf and /tf_static); "initial_pose" (the last '
         "usable result of the same frames, from the pose that comes on /initialpose, as of RViz's "
-        '2D Pose Estimate; every such pose, and ~/reset, begin anew); "last" (the same, but it '
-        'begins with the identity where no pose has come, and anew, too, with the first '
-        'TransformStamped on ~/initial_guess, whatever its stamp); "identity"',
+        '2D Pose Estimate, or on ~/initial_guess; every such pose and ~/reset begin anew); "last" '
+        '(the same, but it begins with the identity where no pose has come, and anew, too, with '
+        'the first TransformStamped on ~/initial_guess, whatever its stamp); "identity"',
         name='initial_guess.type',
         choices=GUESS_TYPES,
     )
@@ -95,6 +96,11 @@ class StampedPoses:
 
     def __contains__(self, stamp):
         return stamp in self._messages
+
+    @property
+    def newest(self):
+        """The message with the latest stamp, of one at least."""
+        return self._messages[self._stamps[-1]]
 
     def add(self, message):
         """Keep a message; one of the same stamp gives way to it."""
@@ -206,7 +212,7 @@ class StreamedGuesses:
         """
         if self._timeless is not None and stamp not in self._poses:
             return _guess_of(self._timeless, matrix_of(self._timeless))
-        messages = self._poses.around(stamp)
+        messages = self._around(stamp)
         if len({frames_of(message) for message in messages}) > 1:
             raise DoubtfulGuess(
                 'those before and after the source are between different frames: '
@@ -215,6 +221,19 @@ class StreamedGuesses:
                 )
             )
         return _guess_of(messages[0], pose_at(stamp, messages, config))
+
+    def _around(self, stamp):
+        try:
+            return self._poses.around(stamp)
+        except NotYet as missing:
+            if self._is_one_click:
+                hint = 'it is the only one: of initial_guess.type initial_pose it would suffice'
+                raise NotYet(f'{missing}; {hint}') from missing
+            raise
+
+    @property
+    def _is_one_click(self):
+        return len(self._poses) == 1 and not hasattr(self._poses.newest, 'child_frame_id')
 
 
 class IdentityGuess:

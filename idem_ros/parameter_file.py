@@ -1,5 +1,6 @@
 """A node's parameter file, read without ROS: YAML of nodes and their ros__parameters."""
 
+import re
 from dataclasses import fields
 
 from idem_ros.core.exceptions import IdemError
@@ -7,7 +8,7 @@ from idem_ros.parameters import default_of, parameter_name, value_of
 from idem_ros.structured_text import UnreadableText, read_yaml
 
 NODE = 'idem_node'
-EVERY_NODE = ('/**', '/*')
+WILDCARDS = {'*': '/[^/]+', '**': '(/[^/]+)*'}
 PARAMETERS = 'ros__parameters'
 OF_EVERY_NODE = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 EXPECTED = f'it must hold parameters as config/refine.yaml does: /**: {PARAMETERS}: name: value'
@@ -18,7 +19,7 @@ class BadParameterFile(IdemError):
 
 
 def read_parameters(path):
-    """Read what a file says to the node `idem_node`, under its name or under `/**`.
+    """Read what a file says to the node `idem_node`, in any namespace, or to every node.
 
     Returns:
         ({name: value}, [sections for other nodes]); nested names are joined by dots.
@@ -26,18 +27,13 @@ def read_parameters(path):
     Raises:
         BadParameterFile: it is no such file, or has nothing to say to this node.
     """
-    try:
-        content = read_yaml(path)
-    except UnreadableText as error:
-        raise BadParameterFile(str(error)) from error
-    if not isinstance(content, dict):
-        raise BadParameterFile(f'{path} holds no node; {EXPECTED}')
-    others = [node for node in content if not _is_ours(node)]
-    ours = {node: section for node, section in content.items() if _is_ours(node)}
+    sections = read_sections(path)
+    others = [node for node, _ in sections if not _is_ours(node)]
+    ours = [(node, section) for node, section in sections if _is_ours(node)]
     if not ours:
         raise BadParameterFile(f'{path} speaks to {", ".join(others) or "nobody"}; {EXPECTED}')
     parameters = {}
-    for node, section in ours.items():
+    for node, section in ours:
         if not (isinstance(section, dict) and isinstance(section.get(PARAMETERS), dict)):
             raise BadParameterFile(f'{path}: {node} has no {PARAMETERS}; {EXPECTED}')
         parameters.update(_flat(section[PARAMETERS]))
@@ -47,6 +43,33 @@ def read_parameters(path):
                 f'{path}: {name} is a list of lists; it must be one value, or a list of values'
             )
     return parameters, others
+
+
+def read_sections(path):
+    """Read which nodes a file speaks to, and what it says to each.
+
+    Namespaces may be written out, as in `/robot/idem_node:`, or nest, as in `/robot: idem_node:`.
+
+    Returns:
+        [(name of a node, with wildcards, and its section)], in the order of the file.
+
+    Raises:
+        BadParameterFile: it is no such file.
+    """
+    try:
+        content = read_yaml(path)
+    except UnreadableText as error:
+        raise BadParameterFile(str(error)) from error
+    if not isinstance(content, dict):
+        raise BadParameterFile(f'{path} holds no node; {EXPECTED}')
+    return list(_sections(content))
+
+
+def speaks_to(name, node):
+    """Return whether a name of a parameter file means a node, given by its full name."""
+    words = name.strip('/').split('/')
+    pattern = ''.join(WILDCARDS.get(word, '/' + re.escape(word)) for word in words)
+    return re.fullmatch(pattern, node) is not None
 
 
 def configs_of(path, parameters, config_types, elsewhere=()):
@@ -87,8 +110,18 @@ def _built(kind, values):
     return kind(**{field: values[name] for field, name in names.items() if name in values})
 
 
+def _sections(content, namespace=''):
+    for name, section in content.items():
+        node = f'{namespace.rstrip("/")}/{name.lstrip("/")}' if namespace else name
+        is_namespace = isinstance(section, dict) and PARAMETERS not in section
+        if is_namespace and section and all(isinstance(each, dict) for each in section.values()):
+            yield from _sections(section, node)
+        else:
+            yield node, section
+
+
 def _is_ours(node):
-    return node in EVERY_NODE or node.rpartition('/')[2] == NODE
+    return node.rpartition('/')[2] in (NODE, *WILDCARDS)
 
 
 def _flat(parameters, prefix=''):

@@ -202,10 +202,11 @@ def _require_enough(target, config, refinement):
 
 
 def _frames_of(pair):
-    return (
+    frames = (
         pair.target.header.frame_id or pair.guess.target_frame,
         pair.source.header.frame_id or pair.guess.source_frame,
     )
+    return tuple(frame.lstrip('/') for frame in frames)  # of ROS 1, where it meant nothing
 
 
 def _lineage(pair, frames):

@@ -26,7 +26,8 @@ class TransformTree:
     """Guesses from tf: the pose of the source frame in the target frame at the source's stamp.
 
     Every transform on the way is taken at that stamp, by the rules of `guesses.pose_at`. A frame
-    that is given another parent forgets its way to the one before.
+    that is given another parent forgets its way to the one before; one that is given itself as
+    parent does not.
     """
 
     def __init__(self):
@@ -37,18 +38,18 @@ class TransformTree:
 
     def stamps(self, message):
         """Return (stream, stamp) of what a TFMessage holds."""
-        return [(('tf', _name(t.child_frame_id)), stamp_ns(t)) for t in message.transforms]
+        return [(('tf', _name(t.child_frame_id)), stamp_ns(t)) for t in _edges_of(message)]
 
     def add(self, message):
         """Keep the transforms of a TFMessage of /tf."""
-        for transform in message.transforms:
+        for transform in _edges_of(message):
             edge = self._edge(transform)
             edge.static = None
             edge.poses.add(transform)
 
     def add_static(self, message):
         """Keep the transforms of a TFMessage of /tf_static; they hold for all time."""
-        for transform in message.transforms:
+        for transform in _edges_of(message):
             self._edge(transform).static = transform
 
     def forget_after(self, stamp):
@@ -120,6 +121,11 @@ class TransformTree:
             f'tf does not connect the source frame {source!r} with the target frame '
             f'{target!r}{why}'
         )
+
+
+def _edges_of(message):
+    """Return the transforms of a message but for those of a frame to itself: they say nothing."""
+    return [t for t in message.transforms if _name(t.child_frame_id) != _name(t.header.frame_id)]
 
 
 def _name(frame):

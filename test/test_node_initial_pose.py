@@ -58,13 +58,22 @@ def test_sources_wait_for_the_pose_and_then_go_on_from_the_last_result(start, cl
     send(b, clouds, FIRST, target=False)
     b.until(lambda: b.statuses('waiting'))
     b.until(lambda: 'no pose has come to start from' in b.statuses('waiting')[-1].message)
-    assert 'waiting for initial_guess (/initialpose has 1 ' in b.statuses('waiting')[-1].message
+    assert '/initialpose has 1 publishers (PoseWith' in b.statuses('waiting')[-1].message
     assert b.received['transform'] == []
     b.pose.publish(clicked(NEAR))
     first = answer_from(clouds, NEAR)
     found = matrix_of(b.transform_of(FIRST))
     np.testing.assert_allclose(found, first, rtol=0, atol=1e-9)
     assert_answers(b, clouds, [first], first=1)
+
+
+def test_a_pose_that_is_remapped_to_the_topic_of_guesses_serves_as_well(bench, clouds):
+    b = bench(guess_type='initial_pose', guess_class=PoseWithCovarianceStamped).start()
+    b.target.publish(cloud_message(clouds[0], FIRST - STEP, 'map'))
+    b.guess.publish(clicked(NEAR))
+    b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
+    found = matrix_of(b.transform_of(FIRST))
+    np.testing.assert_allclose(found, answer_from(clouds, NEAR), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize('kind', ['initial_pose', 'last'])

@@ -4,7 +4,7 @@ from importlib.util import find_spec
 from types import SimpleNamespace
 
 import pytest
-from node_bench import FIRST, MS, send, values_of
+from node_bench import FIRST, MS, cloud_message, send, values_of
 
 # isort: split
 import numpy as np
@@ -99,6 +99,36 @@ def test_tf_has_what_the_transform_says_and_only_where_it_converged(bench, cloud
     b.transform_of(FIRST + 100 * MS)
     b.until(lambda: b.statuses('max_iterations'))
     assert len(broadcast) == 1
+
+
+def test_where_only_what_is_aligned_is_asked_for_nothing_else_is_published(bench, clouds):
+    b = bench(publish='aligned').start()
+    poses = subscribed(b, PoseWithCovarianceStamped, 'pose_with_covariance')
+    for i, steps in enumerate((1, 50)):
+        b.node.set_parameters([Parameter('max_iterations', value=steps)])
+        send(b, clouds, FIRST + i * 100 * MS)
+        b.until(lambda count=i + 1: len(b.received['q_tot']) == count)
+    b.transform_of(FIRST + 100 * MS)
+    assert len(b.received['transform']) == 1
+    b.until(lambda: [stamp_ns(pose) for pose in poses] == [FIRST + 100 * MS])
+    b.until(lambda: b.statuses('max_iterations'))
+
+
+def test_frames_are_published_without_the_slash_that_ros_1_began_them_with(bench, clouds):
+    b = bench(guess_type='identity', guess_class=None).start()
+    b.target.publish(cloud_message(clouds[0], FIRST - 10 * MS, '/map'))
+    b.source.publish(cloud_message(clouds[1], FIRST, '/lidar'))
+    message = b.transform_of(FIRST)
+    assert (message.header.frame_id, message.child_frame_id) == ('map', 'lidar')
+
+
+def test_a_transform_of_a_frame_to_itself_is_not_broadcast(bench, clouds, broadcast):
+    b = bench(guess_type='identity', guess_class=None, publish_tf=True).start()
+    b.target.publish(cloud_message(clouds[0], FIRST - 10 * MS, 'lidar'))
+    b.source.publish(cloud_message(clouds[1], FIRST, '/lidar'))
+    b.transform_of(FIRST)
+    b.until(lambda: b.statuses('converged'))
+    assert broadcast == []
 
 
 def test_tf_may_be_switched_on_and_off_while_it_runs(bench, clouds, broadcast):

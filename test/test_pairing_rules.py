@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from pairs import LATER, LONG_AGO, cloud, guess, x_of
-from poses import SECOND, odometry, tf
+from poses import SECOND, odometry, pose_with_covariance, tf
 from poses import transform as guess_message
 
 from idem_ros.core import InvalidConfig
@@ -47,6 +47,16 @@ def test_odometry_of_another_frame_is_refused_by_name():
     assert pairing.add_source(cloud(7, 'lidar')) == []
     (refusal,) = pairing.take_refusals()
     assert "frame_id 'odom', but the target cloud is in frame 'map'" in refusal.reason
+
+
+def test_a_single_pose_of_a_stream_waits_and_names_the_type_it_would_suffice_for():
+    pairing = Pairing(guess_config=GuessConfig('pose_with_covariance'))
+    pairing.add_target(cloud(1))
+    pairing.add_guess(pose_with_covariance(LONG_AGO, 1.0, 'map'))
+    assert pairing.add_source(cloud(LATER)) == []
+    assert 'initial_guess.type initial_pose' in pairing.why_it_waits()
+    pairing.add_guess(pose_with_covariance(LONG_AGO + 5, 1.0, 'map'))
+    assert 'initial_pose' not in pairing.why_it_waits()
 
 
 def tf_pairing():

@@ -2,9 +2,10 @@ import pytest
 from conftest import ROOT
 
 from idem_ros.core import InvalidConfig, RegistrationConfig
+from idem_ros.guesses import GuessConfig
 from idem_ros.node.interface import CONFIGS
 from idem_ros.node.subscription_config import SubscriptionConfig
-from idem_ros.parameter_file import BadParameterFile, configs_of, read_parameters
+from idem_ros.parameter_file import BadParameterFile, configs_of, read_parameters, speaks_to
 from idem_ros.preprocessing import PreprocessingConfig
 
 REPLAYED = tuple(kind for kind in CONFIGS if kind is not SubscriptionConfig)
@@ -55,6 +56,43 @@ def test_the_node_is_meant_by_its_name_in_any_namespace(parsed, node):
     configs, _, others = parsed(text)
     assert configs[RegistrationConfig].a == 2.0
     assert others == ['rviz']
+
+
+def test_namespaces_may_nest(parsed):
+    text = """/robot1:
+  idem_node:
+    ros__parameters:
+      a: 2
+      initial_guess:
+        type: identity
+  rviz:
+    ros__parameters:
+      a: 3
+"""
+    configs, _, others = parsed(text)
+    assert configs[RegistrationConfig].a == 2.0
+    assert configs[GuessConfig].type == 'identity'
+    assert others == ['/robot1/rviz']
+
+
+@pytest.mark.parametrize(
+    ('name', 'node', 'expected'),
+    [
+        ('idem_node', '/idem_node', True),
+        ('idem_node', '/robot/idem_node', False),
+        ('/robot/idem_node', '/robot/idem_node', True),
+        ('/**', '/robot/idem_node', True),
+        ('/*', '/robot/idem_node', False),
+        ('/*', '/idem_node', True),
+        ('/**/idem_node', '/idem_node', True),
+        ('/**/idem_node', '/a/b/idem_node', True),
+        ('/*/idem_node', '/a/b/idem_node', False),
+        ('/robot/**', '/robot/front/idem_node', True),
+        ('scan_matcher', '/idem_node', False),
+    ],
+)
+def test_a_name_means_the_nodes_that_ros_takes_it_for(name, node, expected):
+    assert speaks_to(name, node) is expected
 
 
 def test_later_sections_win(parsed):

@@ -87,6 +87,19 @@ def test_node_starts_with_the_parameter_file_of_the_package(start):
 
 
 @pytest.mark.parametrize(
+    ('key', 'more'),
+    [('scan_matcher', []), ('idem_node', ['-r', '__node:=refiner']), ('/robot/idem_node', [])],
+)
+def test_a_parameter_file_for_other_nodes_is_named(start, tmp_path, key, more):
+    path = tmp_path / 'params.yaml'
+    path.write_text(f'{key}:\n  ros__parameters:\n    voxel_size: 0.5\n')
+    node = start('--ros-args', '--params-file', str(path), *more)
+    this = '/refiner' if more else '/idem_node'
+    line = wait_for_line(node.stderr, 'speaks to')
+    assert f'{path} speaks to {key}; this is {this}: nothing of it is taken' in line
+
+
+@pytest.mark.parametrize(
     ('arguments', 'reason'),
     [
         (['--ros-args', '-p', 'a:=-1.0'], 'a is -1.0; it must be a number from 0.1 to 50'),

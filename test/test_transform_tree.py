@@ -114,6 +114,14 @@ def test_frames_in_a_circle_are_refused_and_do_not_hang(tree):
         pose_of(tree, 1, 'map', 'a')
 
 
+def test_a_frame_given_to_itself_keeps_its_way(tree):
+    moving(tree, (1, 1.0), frame='map')
+    moving(tree, (2, 2.0), frame='/lidar', child='lidar')
+    tree.add_static(tf(transform(0, 3.0, 'lidar', '/lidar')))
+    assert pose_of(tree, 1)[0, 3] == 1.0
+    assert tree.stamps(tf(transform(5, 0.0, 'lidar', 'lidar'))) == []
+
+
 def test_a_frame_given_another_parent_forgets_the_one_before(tree):
     moving(tree, (1, 1.0), frame='map')
     moving(tree, (2, 2.0), frame='odom')

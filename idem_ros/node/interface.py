@@ -52,7 +52,7 @@ OUTPUTS = {
         '~/transform',
         'geometry_msgs/msg/TransformStamped',
         'the refined pose of the source frame (child) in the target frame, with the stamp of '
-        'the source',
+        'the source; of every result, or with publish aligned of those that can be built upon',
     ),
     'pose_with_covariance': Topic(
         '~/pose_with_covariance',

@@ -279,6 +279,8 @@ class LiveRegistration:
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, changed=()) -> None:
+        for each in changed:
+            self.node.get_logger().info(f'{each.name} is {each.value!r} from now on')
         registration, preprocessing, pairing, guess, output = (
             read_config(self.node, kind)
             for kind in (

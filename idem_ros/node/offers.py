@@ -96,5 +96,5 @@ def _type_of(msgtype: str) -> str:
     kinds = [kind for kind, each in STREAMED.items() if each == msgtype]
     if not kinds:
         return ''
-    one = ', or initial_pose and remap /initialpose to it' if msgtype == POSE else ''
+    one = ', or for a single pose to initial_pose' if msgtype == POSE else ''
     return f': set initial_guess.type to {kinds[0]}{one}'

@@ -3,13 +3,22 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters import parameter
+from idem_ros.parameters import parameter, require_one_of
+
+ALIGNED = 'aligned'
+PUBLISHED = ('all', ALIGNED)
 
 
 @dataclass(frozen=True)
 class OutputConfig:
-    """Which outputs are published beside the topics that always are."""
+    """Which results are published, and where else than on the node's topics."""
 
+    publish: str = parameter(
+        'all',
+        'which results go out on ~/transform and ~/pose_with_covariance: "all", whatever their '
+        'verdict, which the diagnostics tell; "aligned": those only that publish_tf broadcasts',
+        choices=PUBLISHED,
+    )
     publish_tf: bool = parameter(
         False,
         'whether results that are aligned, along every motion that the clouds hold (assessment '
@@ -18,5 +27,6 @@ class OutputConfig:
     )
 
     def __post_init__(self):
+        require_one_of('publish', self.publish, PUBLISHED)
         if not isinstance(self.publish_tf, bool):
             raise InvalidConfig(f'publish_tf is {self.publish_tf!r}; it must be true or false')

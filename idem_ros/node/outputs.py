@@ -16,11 +16,12 @@ from idem_ros.node.messages import (
     q_tot_message,
     transform_message,
 )
-from idem_ros.node.output_config import OutputConfig
+from idem_ros.node.output_config import ALIGNED, OutputConfig
 from idem_ros.q_tot_slice import QTotSlice
 from idem_ros.refinement import Refinement, TookPart
 
 RESULTS_KEPT = 10
+SAID_AGAIN = 60.0  # [s], on the console
 TRANSFORMS_KEPT = 100  # as tf2 has it
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 NAMES = tuple(name for name in OUTPUTS if name != 'diagnostics')
@@ -65,18 +66,34 @@ class Outputs:
             self._node.destroy_publisher(publisher)
 
     def publish(self, refinement: Refinement) -> None:
-        """Publish the pose in its forms, and q_tot; of a pose that was audited, q_tot alone."""
+        """Publish the pose in its forms, as far as it is asked for, and q_tot.
+
+        Of a pose that was audited it is q_tot alone.
+        """
         self._publishers['q_tot'].publish(q_tot_message(refinement))
-        if refinement.result.status is Status.AUDITED:
+        usable = is_usable(refinement.result)
+        is_wanted = usable or self._config.publish != ALIGNED
+        if refinement.result.status is Status.AUDITED or not is_wanted:
             return
         said = refinement.result.assessment
         transform = transform_message(refinement)
         self._publishers['transform'].publish(transform)
         pose = pose_message(refinement, covariance=said.covariance if said else None)
         self._publishers['pose_with_covariance'].publish(pose)
-        if self._config.publish_tf and is_usable(refinement.result):
-            tf_class, publisher = self._tf
-            publisher.publish(tf_class(transforms=[transform]))
+        if self._config.publish_tf and usable:
+            self._broadcast(transform)
+
+    def _broadcast(self, transform) -> None:
+        frames = transform.header.frame_id, transform.child_frame_id
+        if not all(frames) or frames[0] == frames[1]:
+            self._node.get_logger().warning(
+                f'not broadcast on /tf: the frame of the target is {frames[0]!r}, that of the '
+                f'source {frames[1]!r}; they must be two',
+                throttle_duration_sec=SAID_AGAIN,
+            )
+            return
+        tf_class, publisher = self._tf
+        publisher.publish(tf_class(transforms=[transform]))
 
     def publish_debug(self, refinement: Refinement, took_part: TookPart) -> None:
         """Make the clouds that somebody subscribes to, and publish them."""

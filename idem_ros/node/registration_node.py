@@ -2,6 +2,8 @@
 
 import argparse
 import sys
+from contextlib import suppress
+from itertools import pairwise
 
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
 
@@ -51,6 +53,7 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         with no_dead_ports(rclpy.get_default_context().get_domain_id()):
             node = _node_class(is_managed)()
+        _name_other_nodes(node, args)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while not is_asked_for():
@@ -76,6 +79,22 @@ def _node_class(is_managed: bool) -> type:
     from idem_ros.node.adapter import RegistrationNode
 
     return RegistrationNode
+
+
+def _name_other_nodes(node, args: list[str]) -> None:
+    """Warn of parameter files that speak to other nodes only: ROS ignores them without a word."""
+    from idem_ros.core import IdemError
+    from idem_ros.parameter_file import read_sections, speaks_to
+
+    this = node.get_fully_qualified_name()
+    for path in [path for option, path in pairwise(args) if option == '--params-file']:
+        with suppress(IdemError):  # ROS took it: it is for it to judge
+            names = [name for name, _ in read_sections(path)]
+            if not any(speaks_to(name, this) for name in names):
+                node.get_logger().warning(
+                    f'{path} speaks to {", ".join(names) or "nobody"}; this is {this}: nothing of '
+                    'it is taken'
+                )
 
 
 def _refuse_own_arguments(args: list[str] | None) -> None:

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from idem_ros.node.interface import INPUTS, TF_INPUTS, Topic, inputs_with
+from idem_ros.node.interface import TF_INPUTS, Topic, inputs_with
 from idem_ros.node.messages import class_needed
 from idem_ros.node.offers import (
     TRANSIENT_LOCAL,
@@ -110,20 +110,7 @@ class Subscriptions:
             for offer in self._offers_on(name):
                 if why := why_unheard(self._topics[name].msgtype, qualities, offer):
                     found.append(f'{held[0].topic_name}: {why}')
-        return found + self._unheard_guesses()
-
-    def _unheard_guesses(self) -> list[str]:
-        """Say of guesses that come where none is listened for, but a pose elsewhere."""
-        if 'initial_pose' not in self.held or 'initial_guess' in self.held:
-            return []
-        topic = self._node.resolve_topic_name(INPUTS['initial_guess'].name)
-        pose = self.held['initial_pose'][0].topic_name
-        return [
-            f'{topic}: {each.by} publishes {each.msgtype}, the node listens for '
-            f'{self._topics["initial_pose"].msgtype} on {pose}: remap one to the other, or set '
-            'initial_guess.type'
-            for each in offers_on(self._node, topic)
-        ]
+        return found
 
     def _offers_on(self, name: str) -> list:
         return offers_on(self._node, self.held[name][0].topic_name)

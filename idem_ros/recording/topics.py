@@ -72,7 +72,8 @@ def find_topics(
     pose = _find_pose(recording, guess_type, guess)
     guess = None if guess_type == 'initial_pose' else guess
     given = {'target': target, 'source': source, 'initial_guess': guess, 'ground_truth': truth}
-    msgtypes = {**MSGTYPES, 'initial_guess': HEARD.get(guess_type)}
+    of_guess = None if guess_type == 'initial_pose' else HEARD.get(guess_type)
+    msgtypes = {**MSGTYPES, 'initial_guess': of_guess}
     if guess and guess_type not in HEARD:
         raise TopicNotFound(
             f'{guess!r} is given for the guess, but of type {guess_type!r} it comes from no such '
