@@ -5,15 +5,37 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
+PINS := .venv-pins
+NEWEST := .venv-newest
+# what the two commands need; `make pins` pins every extra, for each Python from 3.10 on
+EXTRAS := ros,plot,survey,bench,cluster,test
+COLCON := colcon-ros colcon-output colcon-test-result
+INSTALL := -m pip install --quiet --disable-pip-version-check
+# of what builds a package, too, which --constraint would not hold
+PINNED := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt
+
+# two workers, each of which keeps to a module; all that talks over ROS 2 is in one
+TEST := -m pytest -n 2 --dist loadgroup
+
+# OpenBLAS by its kernels, NumPy by what it dispatches to, numba by its target
+KERNELS := prescott $(if $(shell grep -m1 -ow avx2 /proc/cpuinfo),haswell zen) \
+	$(if $(shell grep -m1 -ow avx512vl /proc/cpuinfo),skylakex)
+PORTABLE := $(KERNELS:%=openblas-%) numpy-without-avx512 numpy-without-avx2 numba-generic
+DISPATCHED = $(shell $(BIN)/python -c \
+	'from numpy._core._multiarray_umath import __cpu_dispatch__; print(*__cpu_dispatch__)')
+
 INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test lint docs bench wheel colcon soak test-ros clean help
+.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
 	@echo 'make test    run the tests'
+	@echo 'make portable  run the tests that compute as other processors would compute them'
+	@echo 'make newest  run the tests with the newest release of everything, and say what that is'
+	@echo 'make pins    pin the newest release of everything in constraints.txt'
 	@echo 'make lint    check style'
 	@echo 'make docs    write the tables and the picture of the README again'
 	@echo 'make bench   measure accuracy and time'
@@ -27,7 +49,40 @@ demo: $(READY)
 	$(BIN)/idem demo
 
 test: $(READY)
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest $(ARGS)
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python $(TEST) --durations=15 $(ARGS)
+
+portable: $(READY)
+	@$(MAKE) --no-print-directory --keep-going $(PORTABLE)
+
+openblas-prescott: export OPENBLAS_CORETYPE = Prescott
+openblas-haswell: export OPENBLAS_CORETYPE = Haswell
+openblas-zen: export OPENBLAS_CORETYPE = Zen
+openblas-skylakex: export OPENBLAS_CORETYPE = SkylakeX
+numpy-without-avx512: export NPY_DISABLE_CPU_FEATURES = $(filter AVX512% X86_V4,$(DISPATCHED))
+numpy-without-avx2: export NPY_DISABLE_CPU_FEATURES = $(DISPATCHED)
+numba-generic: export NUMBA_CPU_NAME = generic
+numba-generic: export NUMBA_CPU_FEATURES =
+
+$(PORTABLE): $(READY)
+	@echo '== $@'
+	@$(BIN)/python $(TEST) -q -m 'not live' $(ARGS) || { echo '== $@ FAILED'; exit 1; }
+
+# names what differs from the pins first: whatever fails then is due to one of these
+newest: $(READY)
+	$(PYTHON) -m venv --clear $(NEWEST)
+	$(NEWEST)/bin/python $(INSTALL) --editable '.[$(EXTRAS)]'
+	@for each in $(VENV) $(NEWEST); do \
+		$$each/bin/python -m pip freeze --exclude-editable > $$each/versions.txt; done
+	@echo 'pinned (<), newest (>):'
+	@diff $(VENV)/versions.txt $(NEWEST)/versions.txt | grep '^[<>]' || echo 'the same'
+	ROS_PYTHON_CHECK_FIELDS=1 $(NEWEST)/bin/python $(TEST) $(ARGS)
+
+pins:
+	$(PYTHON) -m venv $(PINS)
+	$(PINS)/bin/python $(INSTALL) --upgrade uv
+	printf '%s\n' $(COLCON) | $(PINS)/bin/uv pip compile --quiet --upgrade --universal \
+		--python-version 3.10 --all-extras --no-annotate --no-header \
+		--output-file constraints.txt setup.py -
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -80,22 +135,19 @@ test-ros: $(ROS_VENV)/.ready
 	@touch $@
 
 clean:
-	rm -rf $(VENV) .venv-ros $(INSTALLED) build install log *.egg-info
+	rm -rf $(VENV) .venv-ros $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
 
 $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo 'Python 3.10 or newer is needed; name one: make PYTHON=python3.12 ...'; exit 1; }
 	@echo 'Setting up $(VENV) (once, about a minute) ...'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-		--editable '.[ros,plot,survey,bench,cluster,test]' --constraint constraints.txt
+	$(PINNED) $(BIN)/python $(INSTALL) --editable '.[$(EXTRAS)]'
 	@touch $@
 
 # not the environment of the checkout: nothing of the source is found here, nor is colcon there
 $(INSTALLED)/.ready: setup.py setup.cfg pyproject.toml constraints.txt
 	@echo 'Setting up $(INSTALLED) (once, about two minutes) ...'
 	$(PYTHON) -m venv $(INSTALLED)
-	$(INSTALLED_BIN)/python -m pip install --quiet --disable-pip-version-check \
-		'.[ros,plot,survey,bench,test]' colcon-ros colcon-output colcon-test-result \
-		--constraint constraints.txt
+	$(PINNED) $(INSTALLED_BIN)/python $(INSTALL) '.[$(EXTRAS)]' $(COLCON)
 	@touch $@

@@ -8,7 +8,7 @@ PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
 EXPERIMENTS = ['matplotlib', 'pymeshlab']
-TEST = ['pytest', 'hypothesis', 'pypcd4', 'ruff==0.17.6', 'evo']
+TEST = ['pytest', 'pytest-xdist', 'hypothesis', 'pypcd4', 'ruff==0.17.6', 'evo']
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
 BENCH = ['small_gicp', 'psutil']

@@ -1,9 +1,39 @@
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parent.parent
+LIVE = {'live', 'node_bench', 'rclpy'}  # who imports of these talks over a ROS graph
+
+settings.register_profile('repeatable', deadline=None, derandomize=True)
+settings.load_profile('repeatable')
+
+# Workers that compile at once would spoil each other's cache: numba does not lock its index.
+if 'PYTEST_XDIST_WORKER' in os.environ:
+    caches = Path(os.environ.get('NUMBA_CACHE_DIR', ROOT / 'build' / 'kernels'))
+    os.environ['NUMBA_CACHE_DIR'] = str(caches / os.environ['PYTEST_XDIST_WORKER'])
+
+
+def pytest_collection_modifyitems(config, items):
+    """Mark the live tests; keep these, and those of any other module, in one worker each."""
+    spread = config.pluginmanager.hasplugin('xdist')
+    for item in items:
+        live = _is_live(item)
+        if live:
+            item.add_marker('live')
+        if spread:
+            item.add_marker(pytest.mark.xdist_group('live' if live else item.path.stem))
+
+
+def _is_live(item):
+    names = (
+        getattr(each, '__module__', None) or getattr(each, '__name__', '')
+        for each in vars(item.module).values()
+    )
+    return any(str(name).partition('.')[0] in LIVE for name in names)
 
 
 @pytest.fixture

@@ -82,15 +82,22 @@ def test_stages_that_leave_the_basin_of_the_guess_are_left_out(clouds, truth, mo
     np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
 
 
-def test_coarse_stages_that_find_no_valley_are_left_out_too(clouds, truth, monkeypatch):
+@pytest.mark.parametrize(('belief', 'again'), [(0.9, False), (0.1, True)])
+def test_coarse_stages_that_find_no_valley_are_left_out_one_by_one(
+    clouds, truth, monkeypatch, belief, again
+):
     prepared = stages.prepare(*clouds, RegistrationConfig())
     monkeypatch.setattr(stages, 'has_strayed', lambda *_: False)
-    led_astray(monkeypatch, prepared.stages[0])
-    monkeypatch.setattr(stages, 'credibility', lambda *_: 0.9)
-    lost = stages.descend(prepared, truth)
-    assert np.abs(lost.solution.transform - truth).max() > 0.1
-    monkeypatch.setattr(stages, 'credibility', lambda *_: 0.1)
+    monkeypatch.setattr(stages, 'credibility', lambda *_: belief)
+    minimized, ends = stages._minimized, []
+
+    def noted(prepared, stage, *rest, **more):
+        ends.append(more.get('last', False))
+        return minimized(prepared, stage, *rest, **more)
+
+    monkeypatch.setattr(stages, '_minimized', noted)
     found = stages.descend(prepared, truth)
+    assert sum(ends) == (len(prepared.stages) if again else 1)
     np.testing.assert_allclose(found.solution.transform, truth, atol=0.05)
 
 
