@@ -9,7 +9,8 @@ from replayed import changed, write_replayed
 from idem_ros.commands.main import main
 from idem_ros.core import IdemError
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.evaluation.clouds_again import clouds_of, recording_of, settings_of
+from idem_ros.evaluation.clouds_again import clouds_of, settings_of
+from idem_ros.evaluation.named_recording import ForbiddenRecording, named_recording
 from idem_ros.evaluation.result_file import read_result
 from idem_ros.pointcloud2 import read_points
 from idem_ros.recording.messages import cloud_message
@@ -91,10 +92,24 @@ def test_a_recording_is_found_beside_its_result(result, tmp_path):
     for name in ('result.json', 'scans.mcap'):
         shutil.move(tmp_path / name, tmp_path / 'moved' / name)
     moved = read_result(tmp_path / 'moved' / 'result.json')
-    assert recording_of(moved) == tmp_path / 'moved' / 'scans.mcap'
+    assert named_recording(moved) == tmp_path / 'moved' / 'scans.mcap'
     assert len(list(clouds_of(moved, [3]))) == 1
 
 
 def test_what_the_recording_does_not_hold_is_left_out(result):
     other = read_result(changed(result, lambda record: record['frames'][1].update(stamp_ns=5)))
     assert [i for i, *_ in clouds_of(other, [1, 3])] == [3]
+
+
+def test_a_recording_is_opened_only_under_the_folder_that_it_must_lie_in(result, tmp_path):
+    read = read_result(result)
+    within = tmp_path / 'within'
+    within.mkdir()
+    assert list(clouds_of(read, [0], result.parent))
+    with pytest.raises(ForbiddenRecording, match='does not lie in'):
+        list(clouds_of(read, [0], within))
+    (within / 'scans.mcap').symlink_to(result.parent / 'scans.mcap')
+    for bag in (within / 'scans.mcap', within / '..' / 'scans.mcap', '/dev/zero', 'x' * 3000):
+        named = read_result(changed(result, lambda record, bag=bag: record.update(bag=str(bag))))
+        with pytest.raises(ForbiddenRecording):
+            named_recording(named, within)

@@ -89,3 +89,16 @@ def test_a_result_is_not_replaced_by_its_repetition(folder, capsys):
     assert main(['replay', 'scans.mcap', '--json', 'r.json']) == 0
     assert main(['replay', '--again', 'r.json', '--json', 'r.json']) == 2
     assert '--json is r.json, which would replace the input r.json' in capsys.readouterr().err
+
+
+def test_a_recording_that_lies_elsewhere_is_not_opened(folder, capsys):
+    assert main(['replay', 'scans.mcap', '--json', 'r.json']) == 0
+    (folder / 'mine').mkdir()
+    assert main(['replay', '--again', 'r.json', '--recordings-under', 'mine']) == 1
+    assert 'does not lie in mine' in capsys.readouterr().err
+    assert main(['replay', '--again', 'r.json', '--recordings-under', '.']) == 0
+
+
+def test_the_folder_of_recordings_is_for_results_only(capsys):
+    assert main(['replay', 'scans.mcap', '--recordings-under', '.']) == 2
+    assert 'needs --again' in capsys.readouterr().err

@@ -35,7 +35,7 @@ examples:
   idem replay drive.bag --sequence submap --voxel-size 0.5 --tum drive.tum
   idem replay --again result.mcap
 """
-OF_AGAIN = ('bag', 'again', 'json', 'out', 'tum', 'run')
+OF_AGAIN = ('bag', 'again', 'recordings_under', 'json', 'out', 'tum', 'run')
 
 
 class NothingRefined(IdemError):
@@ -64,6 +64,11 @@ def add_parser(subparsers):
         help='repeat the replay that RESULT (of --json or --out) is of, from the parameters in '
         'it, and compare transforms, q_tot and status bit for bit: exit code 0 or 1',
     )
+    parser.add_argument(
+        '--recordings-under',
+        metavar='FOLDER',
+        help='with --again: what RESULT names must lie in FOLDER (default: anywhere)',
+    )
     add_topic_options(parser)
     parser.add_argument('--json', metavar='FILE', help='write every frame as JSON; - for stdout')
     parser.add_argument(
@@ -82,6 +87,8 @@ def run(args):
         return _again(args)
     if args.bag is None:
         raise UsageError('no recording is named; give BAG, or --again RESULT')
+    if args.recordings_under:
+        raise UsageError('--recordings-under is for what a RESULT names; it needs --again')
     settings, notes = settings_from(args)
     return _written(args, args.bag, settings, topics_from(args), notes)[0]
 
@@ -132,7 +139,7 @@ def _again(args):
     _refuse_settings_of_their_own(args)
     result = read_result(args.again)
     settings, topics = again.settings_of(result)
-    bag = args.bag or again.recording_of(result)
+    bag = args.bag or again.recording_of(result, args.recordings_under)
     again.require_same_input(result, fingerprint(bag))
     code, (replayed,) = _written(args, bag, [settings], topics)
     repeated = json_record(replayed)['frames']

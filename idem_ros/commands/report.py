@@ -34,6 +34,11 @@ def add_parser(subparsers):
         'results', metavar='RESULT', nargs='+', help='what `idem replay --json` or --out wrote'
     )
     parser.add_argument('--out', metavar='DIR', required=True, help='folder to make')
+    parser.add_argument(
+        '--recordings-under',
+        metavar='FOLDER',
+        help='read only recordings that lie in FOLDER, whatever the results name (default: any)',
+    )
     parser.set_defaults(run=run)
 
 
@@ -47,7 +52,7 @@ def run(args):
         raise UsageError('the plots need matplotlib: pip install ".[plot]"') from error
     from idem_ros.evaluation.report import write_report
 
-    page = write_report(args.results, args.out, _progress)
+    page = write_report(args.results, args.out, _progress, args.recordings_under)
     print(f'{page}: {page.stat().st_size / 1e6:.1f} MB')
     return OK
 

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from itertools import zip_longest
-from pathlib import Path
 
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.evaluation.named_recording import is_there, named_recording
 from idem_ros.evaluation.provenance import NO_SETTINGS
 from idem_ros.evaluation.settings import from_record
 
@@ -49,23 +49,20 @@ def settings_of(result):
     return settings, topics
 
 
-def recording_of(result):
-    """Return the path of the recording that a `Result` was made of.
-
-    It is the one named then, if it is there; else the one of its name beside the result.
+def recording_of(result, under=None):
+    """Return the path of the recording that a `Result` was made of, see `named_recording`.
 
     Raises:
-        NotRepeatable: neither is there.
+        NotRepeatable: it is not there.
+        ForbiddenRecording: it does not lie in the folder `under`.
     """
-    name = result.made_by['input']['name']
-    candidates = [Path(result.bag), Path(result.path).parent / name]
-    for path in candidates:
-        if path.exists():
-            return str(path)
-    raise NotRepeatable(
-        f'{result.path} is of {name}, which is neither at {candidates[0]} nor beside it; '
-        'name the recording'
-    )
+    path = named_recording(result, under)
+    if not is_there(path):
+        raise NotRepeatable(
+            f'{result.path} is of {path.name}, which is neither at {path} nor beside it; '
+            'name the recording'
+        )
+    return str(path)
 
 
 def require_same_input(result, input_):

@@ -1,12 +1,12 @@
 """The clouds that frames of a result were refined from, found again in its recording."""
 
 from collections import deque
-from pathlib import Path
 
 import numpy as np
 
 from idem_ros.core import IdemError
 from idem_ros.core.se3 import transform_points
+from idem_ros.evaluation.named_recording import named_recording
 from idem_ros.evaluation.sequence import SCANS_KEPT
 from idem_ros.evaluation.settings import SCAN, Settings, from_record
 from idem_ros.pairing import Pairing
@@ -19,13 +19,6 @@ from idem_ros.recording.topics import find_topic, find_topics
 from idem_ros.transform_message import stamp_ns
 
 
-def recording_of(result):
-    """Return the path of a result's recording: as it was named, else beside the result."""
-    named = Path(result.bag)
-    beside = Path(result.path).parent / named.name
-    return beside if not named.exists() and beside.exists() else named
-
-
 def settings_of(result):
     """Return the `Settings` of a result as far as it says them and this version knows them."""
     try:
@@ -34,7 +27,7 @@ def settings_of(result):
         return Settings()
 
 
-def clouds_of(result, indices):
+def clouds_of(result, indices, under=None):
     """Yield (index, target, source) of frames of a result, in the order of its recording.
 
     The recording is read as far as the last frame that is wanted; what it does not hold is not
@@ -43,11 +36,12 @@ def clouds_of(result, indices):
     Args:
         result: `Result`, of pairs or of a sequence.
         indices: of its frames.
+        under: see `named_recording`.
 
     Raises:
-        IdemError: there is no such recording, or it has changed.
+        IdemError: there is no such recording, it has changed, or does not lie where it must.
     """
-    path = recording_of(result)
+    path = named_recording(result, under)
     _require_same_size(path, result)
     wanted = {}
     for i in indices:

@@ -14,7 +14,7 @@ PAGE = 'report.html'
 MOST_OF_NAME = 60  # letters
 
 
-def write_report(results, folder, progress=lambda steps, total: steps):
+def write_report(results, folder, progress=lambda steps, total: steps, under=None):
     """Write a report on results into a new folder.
 
     Recordings that the results name are read again for the pictures of the worst frames; where
@@ -24,6 +24,7 @@ def write_report(results, folder, progress=lambda steps, total: steps):
         results: files, as `read_result` takes them; several are shown side by side.
         folder: to be made; it appears complete or not at all.
         progress: wraps the iteration over the `total` worst frames to show how far it is.
+        under: the folder that recordings must lie in to be read; None: anywhere.
 
     Returns:
         The `Path` of the page.
@@ -35,7 +36,7 @@ def write_report(results, folder, progress=lambda steps, total: steps):
     require_free(folder)
     runs = read_runs(results)
     ordered = [worst_frames.worst(run) for run in runs]
-    pictures = worst_frames.draw(runs, [order for order, _ in ordered], progress)
+    pictures = worst_frames.draw(runs, [order for order, _ in ordered], progress, under)
     worst = [
         (tables.worst(run, order), sentence, [pictures[number, int(i)] for i in order])
         for number, (run, (order, sentence)) in enumerate(zip(runs, ordered, strict=True))

@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from idem_ros.core import IdemError
 from idem_ros.core.se3 import transform_points
 from idem_ros.evaluation import views
-from idem_ros.evaluation.clouds_again import clouds_of, recording_of, settings_of
+from idem_ros.evaluation.clouds_again import clouds_of, settings_of
 from idem_ros.evaluation.report_plots import STYLE
 from idem_ros.q_tot_slice import slice_around
 
@@ -53,7 +53,7 @@ def worst(run):
     )
 
 
-def draw(runs, orders, progress=lambda steps, total: steps):
+def draw(runs, orders, progress=lambda steps, total: steps, under=None):
     """Return {(number of the run, frame): `Pictures`} of the frames in `orders`.
 
     The recording of each run is read once more, as far as the last frame that is wanted.
@@ -62,17 +62,18 @@ def draw(runs, orders, progress=lambda steps, total: steps):
         runs: [`Run`].
         orders: indices of frames for each run.
         progress: wraps the iteration over `total` frames to show how far it is.
+        under: the folder that recordings must lie in; None: anywhere.
     """
     total = sum(len(order) for order in orders)
-    return dict(progress(_drawn(runs, orders), total))
+    return dict(progress(_drawn(runs, orders, under), total))
 
 
-def _drawn(runs, orders):
+def _drawn(runs, orders, under):
     for number, (run, order) in enumerate(zip(runs, orders, strict=True)):
         missing = {int(i) for i in order}
-        note = f'no pictures: {recording_of(run.result)} holds no such pair'
+        note = f'no pictures: {run.result.bag} holds no such pair'
         try:
-            for i, target, source in clouds_of(run.result, order):
+            for i, target, source in clouds_of(run.result, order, under):
                 missing.discard(i)
                 yield (number, i), _pictures(run.result, i, target, source)
         except IdemError as error:
