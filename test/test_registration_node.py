@@ -42,7 +42,7 @@ def test_signal_ends_the_node_with_exit_code_0_and_no_traceback(start, signum):
     _, errors = node.communicate(timeout=LONG)
     (line,) = errors.splitlines()
     assert node.returncode == 0
-    assert line.endswith('of 0 sources 0 were answered, 0 refused, 0 dropped')
+    assert line.endswith('of 0 sources 0 answered; 0 refused, 0 dropped')
 
 
 @pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])

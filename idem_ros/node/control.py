@@ -10,8 +10,10 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
+from idem_ros.diagnostics import headline, is_usable
 from idem_ros.node.interface import SERVICES
 from idem_ros.node.messages import message_class
+from idem_ros.refinement import Refinement
 
 
 class Answer(NamedTuple):
@@ -19,6 +21,18 @@ class Answer(NamedTuple):
 
     success: bool
     message: str
+
+
+def what_came_of(refinement: Refinement) -> Answer:
+    """Say what came of a refinement that was asked for."""
+    result = refinement.result
+    seconds, nanoseconds = divmod(refinement.stamp, 10**9)
+    return Answer(
+        is_usable(result),
+        f'{headline(result)}; {result.status.value}: q_tot {result.q_tot:.6g} nat, '
+        f'overlap {result.overlap:.3g}, {refinement.time_ms:.1f} ms, '
+        f'stamp {seconds}.{nanoseconds:09d}',
+    )
 
 
 class Control:

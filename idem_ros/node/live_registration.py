@@ -10,9 +10,10 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from idem_ros.core import IdemError, RegistrationConfig
-from idem_ros.diagnostics import WARN, headline, is_usable
+from idem_ros.diagnostics import WARN
 from idem_ros.guesses import GuessConfig
-from idem_ros.node.control import Answer, Control, answered
+from idem_ros.node.console import Console
+from idem_ros.node.control import Answer, Control, answered, what_came_of
 from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import CONFIGS, EVERY_INPUT
@@ -70,6 +71,7 @@ class LiveRegistration:
         self._refiner = Refiner()
         self._outputs: Outputs | None = None
         self._report: Report | None = None
+        self._console = Console(node.get_logger())
         self._control: Control | None = None
         self._timer = None
         self._is_paused = False
@@ -98,7 +100,7 @@ class LiveRegistration:
         self._refiner = Refiner()
         self._apply_parameters()
         self._outputs = Outputs(self.node, read_config(self.node, OutputConfig))
-        self._report = Report(self.node)
+        self._report = Report(self.node, self._console)
         warm_up()  # before there is a subscription: compiling holds the GIL for seconds
         self.inputs.open(read_config(self.node, SubscriptionConfig))
         asked = {
@@ -133,10 +135,7 @@ class LiveRegistration:
         worker.stop()
         self._dropped_before += worker.dropped
         refused = self.traffic.refused + self.inputs.pairing.refused
-        self.node.get_logger().info(
-            f'of {self.traffic.received} sources {self.traffic.answered} were answered, '
-            f'{refused} refused, {self.dropped} dropped'
-        )
+        self._console.farewell(self.traffic.received, refused, self.dropped)
         self.worker, self._newest, self._report.is_on = None, None, False
 
     def close(self) -> None:
@@ -209,9 +208,10 @@ class LiveRegistration:
         if not job.is_settled:
             now = time.monotonic()
             self.traffic.note_answer(now, job.received and now - job.received)
+            self._console.result(refinement, now)
         job.is_settled, self._last = True, refinement
         self._report.result(refinement, self.dropped)
-        self._answer = _answer_of(refinement)
+        self._answer = what_came_of(refinement)
         self._publish_debug(refinement)
         self.traffic.worker.end(time.monotonic())
 
@@ -295,18 +295,3 @@ class LiveRegistration:
         self.inputs.configure(pairing, guess)
         if self._outputs:
             self._outputs.configure(output)
-
-
-def _answer_of(refinement: Refinement) -> Answer:
-    result = refinement.result
-    return Answer(
-        is_usable(result),
-        f'{headline(result)}; {result.status.value}: q_tot {result.q_tot:.6g} nat, '
-        f'overlap {result.overlap:.3g}, '
-        f'{refinement.time_ms:.1f} ms, stamp {seconds_and_nanoseconds(refinement.stamp)}',
-    )
-
-
-def seconds_and_nanoseconds(stamp: int) -> str:
-    """Return a stamp [ns] as ROS prints it."""
-    return f'{stamp // 10**9}.{stamp % 10**9:09d}'

@@ -7,6 +7,7 @@ from rclpy.node import Node
 
 from idem_ros import diagnostics
 from idem_ros.diagnostics import ERROR, OK, STALE, WARN
+from idem_ros.node.console import Console
 from idem_ros.node.interface import OUTPUTS
 from idem_ros.node.messages import diagnostics_message
 from idem_ros.node.traffic import Load
@@ -15,7 +16,6 @@ from idem_ros.refinement import Refinement
 
 PERIOD = 1.0  # [s]
 STALE_AFTER = 5.0  # [s] without a result or a refusal
-SAID_AGAIN = 60.0  # [s], on the console
 KEPT = 10
 LEVELS = {
     OK: DiagnosticStatus.OK,
@@ -30,13 +30,14 @@ class Report:
 
     Args:
         node: publishes.
+        console: what an operator reads.
 
     Attributes:
         is_on: whether anything is published.
     """
 
-    def __init__(self, node: Node):
-        self._node = node
+    def __init__(self, node: Node, console: Console):
+        self._node, self._console = node, console
         self._publisher = node.create_publisher(DiagnosticArray, OUTPUTS['diagnostics'].name, KEPT)
         self.is_on = False
         self._last: float | None = None
@@ -79,9 +80,9 @@ class Report:
             values, level = {'status': state, 'reason': reason, **counts}, self._level_of(state)
             self._send('registration', level, reason, values, self._now())
             if level == STALE:
-                text = printable(reason)
-                self._node.get_logger().warning(text, throttle_duration_sec=SAID_AGAIN)
+                self._console.waiting(reason, time.monotonic())
         self._reported_lately = False
+        self._console.load(load.dropped, load.lost, load.share, time.monotonic())
         self._send('load', load.level, load.reason, load.values, self._now())
 
     def _level_of(self, state: str) -> int:

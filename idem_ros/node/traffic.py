@@ -17,6 +17,12 @@ class Load:
     """Of `idem_ros.diagnostics`."""
     reason: str
     values: dict[str, str]
+    dropped: int = 0
+    """Sources so far."""
+    lost: int = 0
+    """Messages so far."""
+    share: float = 0.0
+    """Of its time that the worker is busy."""
 
 
 class Traffic:
@@ -89,7 +95,8 @@ class Traffic:
             'dropped': str(dropped),
         }
         level, reason = self._judged(now, dropped, share)
-        return Load(level, '; '.join([reason, *_other_clock(lags)]), values)
+        reason = '; '.join([reason, *_other_clock(lags)])
+        return Load(level, reason, values, dropped, sum(self._lost.values()), share)
 
     def _judged(self, now: float, dropped: int, share: float) -> tuple[int, str]:
         lost = sum(self._lost.values())
