@@ -11,7 +11,7 @@ EXPERIMENTS = ['matplotlib', 'pymeshlab']
 TEST = ['pytest', 'pytest-xdist', 'hypothesis', 'pypcd4', 'ruff==0.17.6', 'evo']
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
-BENCH = ['small_gicp', 'psutil']
+BENCH = ['small_gicp', 'psutil', 'pillow']
 
 setup(
     name=PACKAGE,

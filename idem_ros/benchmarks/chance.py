@@ -1,9 +1,10 @@
 """How much of a ratio between two methods' errors is chance: both had the same few cases."""
 
 import numpy as np
+from scipy.stats import bootstrap
 
 RESAMPLINGS = 2000
-WITHIN = 95.0  # percent of them
+WITHIN = 0.95  # of them
 
 
 def ratio_interval(ours, theirs, percent):
@@ -16,13 +17,22 @@ def ratio_interval(ours, theirs, percent):
 
     Returns:
         What holds 95 % of the ratios (percentile bootstrap, Efron 1979); the same in every run.
-        None: an error is None or not finite.
+        None: an error is None or not finite, or there are too few to resample.
     """
     errors = np.array([ours, theirs], float)
-    if not np.isfinite(errors).all():
+    if not np.isfinite(errors).all() or errors.shape[1] < 2:
         return None
-    picks = np.random.default_rng(0).integers(len(ours), size=(RESAMPLINGS, len(ours)))
-    upper, lower = np.percentile(errors[:, picks], percent, axis=-1)
-    tail = 0.5 * (100.0 - WITHIN)
-    low, high = np.percentile(upper / lower, (tail, 100.0 - tail))
-    return float(low), float(high)
+
+    def ratio(upper, lower, axis=-1):
+        return np.percentile(upper, percent, axis) / np.percentile(lower, percent, axis)
+
+    interval = bootstrap(
+        errors,
+        ratio,
+        paired=True,
+        method='percentile',
+        n_resamples=RESAMPLINGS,
+        confidence_level=WITHIN,
+        random_state=0,
+    ).confidence_interval
+    return float(interval.low), float(interval.high)

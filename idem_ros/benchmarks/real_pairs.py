@@ -27,7 +27,7 @@ def real_pairs():
         return []
     found = []
     for kind in TRUSTED:
-        for number, pair in enumerate(_truths()):
+        for number, pair in enumerate(truths()):
             if pair['item'] == kind[0]:
                 between = _between(pair) if kind[1] in ('bunny', 'KITTI') else ''
                 found += [
@@ -39,7 +39,7 @@ def real_pairs():
 
 def real_case(name, number, kind, voxel_size):
     """Return the `Case` of one pair at one voxel size, by the arguments of `real_pairs`."""
-    pair = _truths()[number]
+    pair = truths()[number]
     folder, _, _, rotation_deg, translation_m, unit = kind
     target, source = (unit * _points(SHARED / folder / pair[role]) for role in ROLES)
     truth = np.array(pair['T_target_source'])
@@ -59,5 +59,6 @@ def _points(path):
 
 
 @cache
-def _truths():
+def truths():
+    """Return the pairs of the truth file, as they are written there."""
     return json.loads((SHARED / 'GROUND_TRUTH.json').read_text())['pairs']

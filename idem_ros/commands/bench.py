@@ -3,12 +3,21 @@
 import os
 from dataclasses import replace
 
+from idem_ros.commands import bench_unseen
+from idem_ros.commands.bench_outputs import (
+    QUICK,
+    add_jobs,
+    add_output_options,
+    check_jobs,
+    check_outputs,
+    progress,
+    write,
+)
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 
-QUICK = '\nQuick: {}; no figure is decided by that.\n'
 RINGS = """\
 Three registrations around a ring of scans should close, and those of one pair at two voxel sizes
 agree; by how much they do not is what the scans themselves leave open, whatever their truth.
@@ -31,28 +40,29 @@ def add_parser(subparsers):
         "best peer's accuracy, q_tot alone, peak memory and the first result of a process. A "
         'quarter of an hour on a machine that does nothing else.',
     )
-    _add_output_options(speed)
+    add_output_options(speed)
     add_config_options(speed, without=OWN)
     speed.set_defaults(run=_speed)
     rings = kinds.add_parser(
         'rings', help="how far registrations around rings of the bunny's scans fail to close"
     )
-    _add_output_options(rings)
+    add_output_options(rings)
     add_config_options(rings, without=OWN)
     rings.set_defaults(run=_rings)
+    bench_unseen.add_parsers(kinds, OWN)
     for name, run, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
         ('trust', _trust, 'how far verdict, covariance and free motions hold'),
     ):
         goals = kinds.add_parser(name, help=f'{what}; exit code 1 if one is missed')
-        _add_output_options(goals)
+        add_output_options(goals)
         add_config_options(goals, without=OWN)
         goals.set_defaults(run=run)
     report = kinds.add_parser(
         'report', help='time and size of a report of 1000 frames; exit code 1 if one is missed'
     )
-    _add_output_options(report)
+    add_output_options(report)
     report.set_defaults(run=_report)
 
 
@@ -65,27 +75,15 @@ def _add_accuracy(kinds):
         'setting, from starts 1 to 8 spacings and 2 to 15 degrees off. An hour on two cores.',
     )
     accuracy.add_argument('--rows', metavar='PATTERN', help='only rows whose name holds this')
-    accuracy.add_argument(
-        '--jobs',
-        type=int,
-        default=os.cpu_count(),
-        metavar='N',
-        help='processes that share the work (default: one a core)',
-    )
+    add_jobs(accuracy)
     accuracy.add_argument(
         '--peers',
         metavar='FILE',
         help='run IDEM alone; take the other methods from the --json of an earlier run',
     )
-    _add_output_options(accuracy)
+    add_output_options(accuracy)
     add_config_options(accuracy, without=OWN)
     accuracy.set_defaults(run=_accuracy)
-
-
-def _add_output_options(parser):
-    parser.add_argument('--quick', action='store_true', help='few rows and few runs of each')
-    parser.add_argument('--json', metavar='FILE', help='write every figure as JSON')
-    parser.add_argument('--markdown', metavar='FILE', help='write the tables as Markdown')
 
 
 def _accuracy(args):
@@ -96,8 +94,7 @@ def _accuracy(args):
     from idem_ros.benchmarks.rows import accuracy_rows
 
     config = _config(args)
-    if args.jobs < 1:
-        raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
+    check_jobs(args)
     if not args.peers:
         small_gicp()
     rows = accuracy_rows(args.rows, args.quick)
@@ -105,12 +102,12 @@ def _accuracy(args):
         names = ', '.join(row.name for row in accuracy_rows())
         raise UsageError(f'--rows is {args.rows!r}, which no row bears; there are {names}')
     tried = () if args.peers else _tried(args)
-    results = measure_rows(rows, tried, config, args.jobs, _progress)
+    results = measure_rows(rows, tried, config, args.jobs, progress)
     if args.peers:
         results = with_peers_of(results, args.peers)
     text = accuracy_report.markdown(results)
     text += QUICK.format('few cases and few settings of the peers') * args.quick
-    _write(args, accuracy_report.json_record(results), text)
+    write(args, accuracy_report.json_record(results), text)
     print(accuracy_report.summary(results) if args.markdown else text)
     return OK
 
@@ -131,11 +128,11 @@ def _rings(args):
 
     config = _config(args)
     small_gicp()
-    rings = measure_rings(config, [*_tried(args)], args.quick, _progress)
+    rings = measure_rings(config, [*_tried(args)], args.quick, progress)
     if not rings:
         raise UsageError(f"neither the bunny's scans nor small_gicp's are in {SHARED}")
     text = f'## Rings\n\n{RINGS}\n\n{rings_table(rings)}'
-    _write(args, {'rings': [asdict(ring) for ring in rings]}, text)
+    write(args, {'rings': [asdict(ring) for ring in rings]}, text)
     print(text)
     return OK
 
@@ -148,10 +145,10 @@ def _speed(args):
 
     config = _config(args)
     small_gicp()
-    result = measure(config, args.quick, _progress)
+    result = measure(config, args.quick, progress)
     text = speed_report.markdown(result)
     text += QUICK.format('one scene and few runs') * args.quick
-    _write(args, speed_report.json_record(result), text)
+    write(args, speed_report.json_record(result), text)
     print(goals_table(speed_report.goals(result)) if args.markdown else text)
     return OK
 
@@ -162,11 +159,11 @@ def _main(args):
     from idem_ros.benchmarks.real_pairs import SHARED, real_pairs
 
     config = replace(_config(args), assessment='verdict')  # as the node has it
-    goals = measure(config, args.quick, _progress)
+    goals = measure(config, args.quick, progress)
     text = '## Main job\n\n' + goals_table(goals)
     if not real_pairs():
         text += f'\nWithout the real pairs: {SHARED} is not there.\n'
-    _write(args, {'goals': [goal.record() for goal in goals]}, text)
+    write(args, {'goals': [goal.record() for goal in goals]}, text)
     print(text)
     return OK if all(goal.reached for goal in goals) else FAILED
 
@@ -174,7 +171,7 @@ def _main(args):
 def _evaluation(args):
     from idem_ros.benchmarks.evaluation import measure
 
-    return _told(args, 'Evaluation', measure(_config(args), args.quick, _progress))
+    return _told(args, 'Evaluation', measure(_config(args), args.quick, progress))
 
 
 def _trust(args):
@@ -183,7 +180,7 @@ def _trust(args):
 
     config = _config(args)
     small_gicp()
-    return _told(args, 'Trust', measure(config, args.quick, os.cpu_count(), _progress))
+    return _told(args, 'Trust', measure(config, args.quick, os.cpu_count(), progress))
 
 
 def _report(args):
@@ -202,34 +199,12 @@ def _told(args, title, goals):
     from idem_ros.benchmarks.goal import goals_table
 
     text = f'## {title}\n\n' + goals_table(goals)
-    _write(args, {'goals': [goal.record() for goal in goals]}, text)
+    write(args, {'goals': [goal.record() for goal in goals]}, text)
     print(text)
     return OK if all(goal.reached for goal in goals) else FAILED
 
 
 def _config(args):
     """Return the configuration; refuse before the work what could not be written after it."""
-    from idem_ros.atomic_file import require_writable
-
-    for file in (args.json, args.markdown):
-        if file:
-            require_writable(file)
+    check_outputs(args)
     return replace(config_from(args), assessment='none')
-
-
-def _progress(steps, total=None):
-    from tqdm import tqdm
-
-    return tqdm(steps, total=total, leave=False, disable=None)
-
-
-def _write(args, record, text):
-    import json
-
-    from idem_ros.atomic_file import replacing
-
-    as_json = json.dumps(record, indent=1, allow_nan=False)
-    for file, content in ((args.json, as_json), (args.markdown, text)):
-        if file:
-            with replacing(file) as temporary:
-                temporary.write_text(content.rstrip() + '\n')

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from idem_ros.benchmarks.surfaces import SIZE, STRETCH, remeshed_points
+from idem_ros.benchmarks.surfaces import BUNNY, SIZE, remeshed_points
 from idem_ros.core import fourth_neighbor_distance
 from idem_ros.core.exceptions import IdemError
 from idem_ros.files.cloud_file import read_cloud
@@ -71,7 +71,7 @@ def paper_model(path=None, seed=0):
 def _own_surface(rng):
     """Even points of the formula's surface; their directions' hull are its triangles."""
     points = remeshed_points(rng, ASKED)
-    direction = points / (SIZE * STRETCH)
+    direction = points / (SIZE * np.array(BUNNY.stretch))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     faces = _outward(direction, ConvexHull(direction).simplices)
     # The bunny stands: y is up in its file, z in the formula.
