@@ -2,7 +2,7 @@
 
 import math
 from bisect import bisect_left, insort
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ FOLLOWING = ('initial_pose', 'last')  # start where such a pose says, go on from
 TF = 'tf2_msgs/msg/TFMessage'
 GUESS_TYPES = (*STREAMED, 'tf', *FOLLOWING, 'identity')
 KEPT = 256
+WALL_CLOCK = 10**17  # [ns], three years: no simulation runs so long, no clock of today says so
 
 
 class DoubtfulGuess(IdemError):
@@ -81,6 +82,8 @@ class Guess:
     """(4, 4), where it is before there is a result since the start; None: the identity."""
     start: int = 0
     """Tells starts apart: a result from before one is no guess for after."""
+    is_timeless: bool = False
+    """Whether it has stamp 0, and serves a source of any stamp."""
 
 
 class StampedPoses:
@@ -185,6 +188,7 @@ class StreamedGuesses:
     def __init__(self):
         self._poses = StampedPoses()
         self._timeless = None
+        self._begins_at_zero = False
 
     def __bool__(self):
         return bool(self._poses) or self._timeless is not None
@@ -194,9 +198,12 @@ class StreamedGuesses:
         return [('initial_guess', stamp_ns(message))]
 
     def add(self, message):
-        """Keep a guess; one with stamp 0 serves every source until another comes."""
+        """Keep a guess; one with stamp 0 serves every source until another comes.
+
+        Where a source had that stamp, as under a simulated clock, it is a time like any other.
+        """
         self._timeless = None if stamp_ns(message) else message
-        if self._timeless is None:
+        if self._timeless is None or self._begins_at_zero:
             self._poses.add(message)
 
     def forget_after(self, stamp):
@@ -210,8 +217,11 @@ class StreamedGuesses:
             NotYet: none can be made of what has come so far.
             DoubtfulGuess, InvalidTransform: none will do.
         """
-        if self._timeless is not None and stamp not in self._poses:
-            return _guess_of(self._timeless, matrix_of(self._timeless))
+        if not stamp:
+            self._begin_at_zero()
+        is_time = self._begins_at_zero and stamp < WALL_CLOCK
+        if self._timeless is not None and stamp not in self._poses and not is_time:
+            return replace(_guess_of(self._timeless, matrix_of(self._timeless)), is_timeless=True)
         messages = self._around(stamp)
         if len({frames_of(message) for message in messages}) > 1:
             raise DoubtfulGuess(
@@ -234,6 +244,11 @@ class StreamedGuesses:
     @property
     def _is_one_click(self):
         return len(self._poses) == 1 and not hasattr(self._poses.newest, 'child_frame_id')
+
+    def _begin_at_zero(self):
+        self._begins_at_zero = True
+        if self._timeless is not None:
+            self._poses.add(self._timeless)
 
 
 class IdentityGuess:

@@ -108,6 +108,22 @@ def test_sources_of_stamp_zero_are_each_their_own(pairing):
     assert [len(pairing.add_source(cloud(0))) for _ in range(3)] == [1, 1, 1]
 
 
+def test_where_a_source_has_stamp_zero_it_is_a_time_and_no_guess_serves_the_next(pairing):
+    pairing.add_target(cloud(0))
+    assert pairing.add_source(cloud(0)) == []
+    assert [x_of(pair) for pair in pairing.add_guess(guess_message(0, 7.0))] == [7.0]
+    assert pairing.add_source(cloud(4)) == []
+    assert [x_of(pair) for pair in pairing.add_guess(guess_message(4, 8.0))] == [8.0]
+
+
+def test_a_guess_of_stamp_zero_is_a_time_from_the_source_of_that_stamp_on(pairing):
+    pairing.add_target(cloud(0))
+    pairing.add_guess(guess_message(0, 7.0))
+    (first,) = pairing.add_source(cloud(0))
+    assert (x_of(first), first.guess.is_timeless) == (7.0, False)
+    assert pairing.add_source(cloud(4)) == []
+
+
 def test_a_target_that_comes_last_completes_every_waiting_source(pairing):
     pairing.add_guess(guess(0))
     pairing.add_source(cloud(2))

@@ -182,6 +182,8 @@ class _Pass:
     refused: Spool = field(default_factory=Spool)
     refused_target: str = ''
     """Why the first of those was refused."""
+    timeless: int = 0
+    """How many of those started from a guess of stamp 0."""
     stamps: array = field(default_factory=lambda: array('q'))
     """Of the sources that were paired [ns]."""
 
@@ -215,6 +217,7 @@ class _Pass:
             # all of them first: after an interruption each lane has the same pairs
             outcomes = [lane.outcome(pair, self.pairing) for lane in self.lanes]
             self.stamps.append(pair.stamp)
+            self.timeless += pair.guess.is_timeless
             for lane, outcome in zip(self.lanes, outcomes, strict=True):
                 lane.keep(log_time, outcome)
         for refusal in self.pairing.take_refusals():
@@ -253,6 +256,11 @@ class _Pass:
             yield 'interrupted: what came later in the recording is not in here'
         if _lacks_guess(self.pairing, self.topics):
             yield 'no guess topic: each source starts from the identity'
+        elif self.timeless:
+            yield (
+                f'{self.timeless} sources start from a guess of stamp 0, which serves those of '
+                'any stamp'
+            )
         if self.topics.target == self.topics.source:
             yield (
                 f'target and source are one topic, {self.topics.source}: each scan is registered '
