@@ -21,6 +21,7 @@ from idem_ros.commands import (
     report,
     simulate,
     trajectory,
+    truth,
 )
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
@@ -36,6 +37,7 @@ COMMANDS = (
     gate,
     compare,
     trajectory,
+    truth,
     play,
     demo,
     bench,

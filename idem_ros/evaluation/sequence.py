@@ -1,5 +1,6 @@
 """Odometry over one topic of scans: each against the one before, or against the last few."""
 
+from array import array
 from collections import deque
 from dataclasses import dataclass, field, replace
 from time import perf_counter_ns
@@ -11,6 +12,7 @@ from idem_ros.core import Cloud, IdemError, Status, warm_up
 from idem_ros.core.se3 import inverse, transform_points
 from idem_ros.evaluation.frames import Frame, Replay, Sequence
 from idem_ros.evaluation.peers import method_of
+from idem_ros.evaluation.recorded_truth import is_relative, truth_topic_of
 from idem_ros.evaluation.replay import Progress, silent
 from idem_ros.evaluation.selection import Selection
 from idem_ros.evaluation.sequence_errors import errors_of, tie_of
@@ -20,7 +22,7 @@ from idem_ros.evaluation.truths import Truths
 from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.interrupts import held_back
 from idem_ros.pair import Refusal
-from idem_ros.recording.messages import CLOUD, TRANSFORM
+from idem_ros.recording.messages import CLOUD
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import Topics, find_topic
 from idem_ros.refinement import PreparedCloud, Refinement, prepared, q_tot_at
@@ -29,7 +31,6 @@ from idem_ros.transform_message import stamp_ns
 ODOM = 'odom'
 SCANS_KEPT = 10  # of a submap
 FOUND = (Status.CONVERGED, Status.MAX_ITERATIONS)
-TRUTH = 'ground_truth'
 
 
 def odometry_each(
@@ -37,7 +38,8 @@ def odometry_each(
 ):
     """Register each scan of a topic to those before it, in several ways at once.
 
-    The frame of the first scan is `odom`; each `Frame` holds the pose of a later scan in it. The
+    True poses may be of each scan in one frame, or in the scan before it. The frame of the first
+    scan is `odom`; each `Frame` holds the pose of a later scan in it. The
     guess is the last motion, continued for the time that has passed. Where a registration finds
     no answer (no overlap, a degenerate scene, too few points), the guess is the pose. Of the
     scans no more is kept than the next one needs. Ctrl-C ends it; what was done is returned.
@@ -59,12 +61,13 @@ def odometry_each(
     """
     with open_recording(path, settings[0].max_chunk) as recording:
         source = find_topic(recording, CLOUD, 'source', source_topic)
-        topics = Topics(source, source, None, _truth_topic(recording, truth_topic))
+        topics = Topics(source, source, None, truth_topic_of(recording, truth_topic))
         names = topics.names
         total = sum(recording.topics[name].count for name in names)
         warm_up()
         lanes = [_Odometry(each) for each in settings]
-        pass_ = _Pass(topics, lanes, Selection(settings[0], recording.begin))
+        is_chained = bool(topics.truth) and is_relative(recording, topics.truth, source)
+        pass_ = _Pass(topics, lanes, Selection(settings[0], recording.begin), is_chained)
         interrupted = pass_.run(progress(recording.messages(names), total))
         return pass_.finished(recording, interrupted)
 
@@ -76,15 +79,6 @@ def continued(step, ratio):
     motion[:3, :3] = Rotation.from_rotvec(ratio * rotation).as_matrix()
     motion[:3, 3] = ratio * step[:3, 3]
     return motion
-
-
-def _truth_topic(recording, given):
-    conventional = any(
-        topic.msgtype == TRANSFORM and name.endswith(TRUTH)
-        for name, topic in recording.topics.items()
-    )
-    # any other transform may be a guess, or a calibration
-    return find_topic(recording, TRANSFORM, TRUTH, given) if given or conventional else None
 
 
 @dataclass(frozen=True)
@@ -176,6 +170,10 @@ class _Pass:
     topics: Topics
     lanes: list[_Odometry]
     selection: Selection
+    is_chained: bool = False
+    """Whether each true pose is in the frame of the scan before."""
+    stamps: array = field(default_factory=lambda: array('q'))
+    """Of all scans [ns]."""
     truths: Truths = field(default_factory=Truths)
     refused: Spool = field(default_factory=Spool)
     first: tuple | None = None
@@ -191,7 +189,9 @@ class _Pass:
                         break
                     if topic == self.topics.truth:
                         self.truths.add(message)
-                    elif self.selection.takes(log_time):
+                        continue
+                    self.stamps.append(stamp_ns(message))
+                    if self.selection.takes(log_time):
                         self._register(log_time, message)
                     elif self.selection.is_over(log_time) and self._has_truth():
                         break
@@ -226,6 +226,8 @@ class _Pass:
         return _Scan(stamp, log_time, message.header.frame_id, cloud, read_ms)
 
     def finished(self, recording, interrupted):
+        if self.is_chained and self.first:
+            self.truths = self.truths.chained(sorted(set(self.stamps)), self.first[1])
         replays = [self._finished(lane, recording, interrupted) for lane in self.lanes]
         said = ['interrupted: what came later in the recording is not in here'] * interrupted
         said += [note] if (note := self.selection.note()) else []

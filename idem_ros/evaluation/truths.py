@@ -9,12 +9,14 @@ from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.pair import frame_contradiction
 from idem_ros.transform_message import matrix_of, stamp_ns
 
+CHAINED = 'first_scan'
+
 
 class Truths:
     """The truth of each stamp, which may come before its source or after; 112 bytes of each.
 
     Attributes:
-        notes: why some are not believed, each reason once.
+        notes: why some are not believed, and what of their frames is assumed, each once.
     """
 
     def __init__(self):
@@ -31,8 +33,11 @@ class Truths:
             pose = matrix_of(message)
         except IdemError as error:
             reason = f'truth: {error}'
-        stamp = stamp_ns(message)
-        kind = message.header.frame_id, message.child_frame_id, reason
+        self._keep(
+            stamp_ns(message), pose, message.header.frame_id, message.child_frame_id, reason
+        )
+
+    def _keep(self, stamp, pose, *kind):
         self._stamps.append(stamp)
         self._kinds.append(self._numbers_of.setdefault(kind, len(self._numbers_of)))
         self._rows.frombytes(pose[:3].tobytes())
@@ -62,11 +67,41 @@ class Truths:
         *frames, reason = list(self._numbers_of)[self._kinds[i]]
         clouds = target_frame, source_frame
         reason = frame_contradiction('truth', tuple(frames), clouds) or reason
-        if not reason:
-            return np.vstack([np.reshape(self._rows[12 * i : 12 * i + 12], (3, 4)), np.eye(4)[3]])
-        if reason not in self.notes:
-            self.notes.append(reason)
-        return None
+        if note := reason or _assumed(frames, clouds):
+            self._note(note)
+        if reason:
+            return None
+        return np.vstack([np.reshape(self._rows[12 * i : 12 * i + 12], (3, 4)), np.eye(4)[3]])
+
+    def chained(self, stamps, source_frame):
+        """Return `Truths` in one frame, of those of scans each in the frame of the one before.
+
+        Args:
+            stamps: of the scans [ns], increasing; where one has no truth, the chain ends.
+            source_frame: of the scans.
+        """
+        result, pose = Truths(), np.eye(4)
+        result._note('the truth is of each scan in the frame of the one before it; it is chained')
+        for i, stamp in enumerate(stamps):
+            step = self.at(stamp, '', source_frame)
+            if step is None:
+                result._note(
+                    f'the truth of the scan at {stamp / 1e9:.9f} s is missing: the chain ends '
+                    f'there, {len(stamps) - i} scans are not compared'
+                )
+                break
+            pose = pose @ step
+            result._keep(stamp, pose, CHAINED, source_frame, '')
+        result.notes += self.notes
+        return result
+
+    def child_frames(self):
+        """Return the frames that they are of, each once."""
+        return list(dict.fromkeys(child for _, child, _ in self._numbers_of))
+
+    def _note(self, note):
+        if note not in self.notes:
+            self.notes.append(note)
 
     def trajectory(self, source_frame):
         """Return the `Trajectory` of a frame, in the order of time; None where there is none."""
@@ -87,3 +122,19 @@ class Truths:
         order, stamps = self._order
         k = np.searchsorted(stamps, stamp, side='right') - 1
         return int(order[k]) if k >= 0 and stamps[k] == stamp else None
+
+
+def _assumed(frames, clouds):
+    """Say what is taken for granted where a truth or a cloud names no frame; empty: nothing."""
+    of_truth = [
+        name
+        for name, frame in zip(('frame_id', 'child_frame_id'), frames, strict=True)
+        if not frame
+    ]
+    if of_truth:
+        of_target = repr(clouds[0]) if clouds[0] else 'one fixed frame'
+        return (
+            f'the truth has an empty {" and ".join(of_truth)}: it is taken to be the pose of the '
+            f'source {clouds[1]!r} in {of_target}'
+        )
+    return ''

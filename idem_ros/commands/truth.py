@@ -1,0 +1,53 @@
+"""`idem truth`: the true poses of a recording as a trajectory."""
+
+import argparse
+
+from idem_ros.commands.exit_codes import OK
+from idem_ros.commands.options import add_max_chunk
+
+DESCRIPTION = """\
+Write the true poses of BAG as TUM lines (t x y z qx qy qz qw), as `idem trajectory`
+and evo read them. Where each pose is of a scan in the frame of the one before it, as
+`idem bag FOLDER` writes them, they are chained, from that of the first one on.
+"""
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'truth',
+        help='write the true poses of a recording as TUM lines',
+        description=DESCRIPTION,
+        epilog='example: idem truth drive.mcap --out truth.tum',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
+    )
+    parser.add_argument('--out', metavar='FILE', required=True, help='TUM file to write')
+    parser.add_argument(
+        '--truth-topic', metavar='NAME', help='TransformStamped topic (default: ground_truth)'
+    )
+    parser.add_argument(
+        '--source-topic', metavar='NAME', help='PointCloud2 topic that they are of'
+    )
+    add_max_chunk(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Read, chain where they are relative, write, say what was assumed."""
+    from idem_ros.atomic_file import require_writable
+    from idem_ros.evaluation.recorded_truth import read_truth
+    from idem_ros.pose_files import write_tum
+    from idem_ros.recording.part import MAX_CHUNK
+    from idem_ros.recording.reader import open_recording
+
+    require_writable(args.out)
+    with open_recording(args.bag, getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
+        trajectory, notes = read_truth(recording, args.truth_topic, args.source_topic)
+    write_tum(args.out, trajectory.stamps, trajectory.poses)
+    print(f'{args.out}: {len(trajectory)} poses')
+    for note in (*notes, *dict.fromkeys(recording.warnings)):
+        print(f'note: {note}')
+    return OK
