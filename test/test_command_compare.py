@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 from results import write_result
@@ -29,11 +30,20 @@ def test_prints_a_verdict_for_each_measure(folder, capsys):
     assert verdicts['rotation error [deg]'] == 'cannot tell (not known in both)'
 
 
-def test_recordings_of_other_names_are_noted(folder, capsys):
-    assert main(['compare', 'a.json', 'other.json']) == 0
-    out = capsys.readouterr().out
-    assert '0 only in A, 1 only in B' in out
-    assert 'note: the two are of recordings with different names' in out
+def test_results_of_different_recordings_are_refused(folder, capsys):
+    assert main(['compare', 'a.json', 'other.json']) == 1
+    err = capsys.readouterr().err
+    assert 'a.json is of run.mcap and other.json of other.mcap' in err
+
+
+@pytest.mark.parametrize(('sums', 'code'), [('aa', 0), ('ab', 1)])
+def test_recordings_are_told_apart_by_their_checksums(folder, capsys, sums, code):
+    for name, sum_ in zip('ab', sums, strict=True):
+        record = json.loads(Path(f'{name}.json').read_text())
+        record['made_by'] = {'input': {'name': f'run_{name}.mcap', 'size': 1, 'sha256': sum_ * 64}}
+        Path(f'{name}.json').write_text(json.dumps(record))
+    assert main(['compare', 'a.json', 'b.json']) == code
+    assert ('run_b.mcap' in capsys.readouterr().err) == bool(code)
 
 
 def test_json_holds_the_same(folder, capsys):

@@ -94,3 +94,20 @@ def test_worst_frames_are_listed_in_the_order_given(run):
     table = tables.worst(run, np.array([2, 0]))
     assert columns(table)['frame'] == (2, 0)
     assert columns(table)['q_tot [nat]'] == tuple(run.values('q_tot')[[2, 0]])
+
+
+def test_verdicts_are_summed_up_with_reason_sigma_and_basin_and_shown_of_the_worst(run):
+    table = columns(tables.verdicts([run]))
+    verdicts = [frame['verdict'] for frame in run.result.frames]
+    assert sum(table['frames']) == len(verdicts)
+    assert sum(table['share']) == pytest.approx(1.0)
+    assert set(table['verdict']) == set(verdicts)
+    which = np.array([verdict == table['verdict'][0] for verdict in verdicts])
+    assert table['basin [share] median'][0] == np.median(run.values('basin')[which])
+    assert 0 < table['sigma of the position [m] median'][0] < 1
+    worst = columns(tables.worst(run, np.array([1])))
+    assert worst['verdict'] == (verdicts[1],)
+    assert worst['reason'] == (run.result.frames[1]['verdict_reason'] or None,)
+    covariance = np.array(run.result.frames[1]['covariance'])
+    largest = np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1])
+    assert worst['sigma of the position [m]'] == pytest.approx((largest,))

@@ -56,7 +56,6 @@ def _text(a, b, comparison):
         printable(f'B: {b.path}, of {b.bag}'),
         f'{comparison.shared} frames in both, {comparison.only_a} only in A, '
         f'{comparison.only_b} only in B',
-        *(['note: the two are of recordings with different names'] if a.bag != b.bag else []),
         '',
     ]
     rows = [

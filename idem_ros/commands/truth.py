@@ -39,7 +39,7 @@ def run(args):
     """Read, chain where they are relative, write, say what was assumed."""
     from idem_ros.atomic_file import require_writable
     from idem_ros.evaluation.recorded_truth import read_truth
-    from idem_ros.pose_files import write_tum
+    from idem_ros.files.pose_file import write_tum
     from idem_ros.recording.part import MAX_CHUNK
     from idem_ros.recording.reader import open_recording
 

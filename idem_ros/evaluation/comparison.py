@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +20,7 @@ CONFIDENCE = 0.95
 
 
 class IncomparableResults(IdemError):
-    """Two results that share too few frames."""
+    """Two results of different recordings, or that share too few frames."""
 
 
 class Verdict(Enum):
@@ -70,8 +71,9 @@ def compare(a, b):
         `Comparison`
 
     Raises:
-        IncomparableResults: fewer than six frames are shared.
+        IncomparableResults: they are of different recordings, or share fewer than six frames.
     """
+    _require_same_recording(a, b)
     of_a, of_b = _by_stamp(a), _by_stamp(b)
     shared = [key for key in of_a if key in of_b]
     if len(shared) < FEWEST:
@@ -87,6 +89,23 @@ def compare(a, b):
         len(of_b) - len(shared),
         tuple(_difference(measure, a, b, in_a, in_b) for measure in MEASURES),
     )
+
+
+def _require_same_recording(a, b):
+    """Tell recordings apart by their checksums, and by their names where one is not known."""
+    inputs = [(each.made_by or {}).get('input') or {} for each in (a, b)]
+    sums = [each.get('sha256') for each in inputs]
+    names = [
+        each.get('name') or Path(result.bag).name
+        for each, result in zip(inputs, (a, b), strict=True)
+    ]
+    is_known = all(sums)
+    if (sums[0] != sums[1]) if is_known else (names[0] != names[1]):
+        what = 'of another content' if is_known and names[0] == names[1] else f'of {names[1]}'
+        raise IncomparableResults(
+            f'{a.path} is of {names[0]} and {b.path} {what}; a comparison needs two results of '
+            'the same recording'
+        )
 
 
 def _by_stamp(result):

@@ -55,6 +55,7 @@ def _csv_files(runs, worst):
     """Return {file name: bytes} of all that can be downloaded."""
     contents = {
         'outcomes.csv': tables.outcomes(runs),
+        'verdicts.csv': tables.verdicts(runs),
         'before_and_after.csv': tables.before_and_after(runs),
         'every_number.csv': tables.every_number(runs),
         'settings.csv': tables.parameters(runs),

@@ -26,6 +26,10 @@ READING = {
     'q_mean': 'q_tot per point that has a neighbour in the other cloud; may be compared between '
     'frames.',
     'overlap': 'share of the points that have a neighbour in the other cloud.',
+    'verdict, reason': 'whether the pose can be trusted, and what speaks against it.',
+    'sigma': 'the largest standard deviation of the position and of the rotation, of the '
+    'covariance of the pose; left out where nothing is known of it.',
+    'basin': 'where the guess was: 0 at the minimum, 1 at the rim of the basin that leads to it.',
     'position and rotation, 2nd difference': 'how far each pose is from where its neighbours in '
     'time would have it, twice; with evenly spaced stamps the second difference of the '
     'trajectory. It is 0 for a steady motion; a single high value is a jump, of the vehicle or '
@@ -102,12 +106,15 @@ def _header(runs):
 def _summary(runs):
     settings = report_tables.parameters(runs)
     differing = {row for row in settings.rows if len(set(row[1:])) > 1}
+    judged = report_tables.verdicts(runs)
+    verdicts = ('<h3>How they were judged</h3>', _table(judged)) if judged.rows else ()
     made = _table(settings, marked=differing) if settings.rows else _said_nothing(runs)
     return _section(
         'summary',
         '<h3>What became of the sources</h3>',
         _table(report_tables.outcomes(runs)),
         _notes(runs),
+        *verdicts,
         '<h3>Before and after</h3>',
         _table(report_tables.before_and_after(runs)),
         '<details><summary>Every number of the frames</summary>',

@@ -10,6 +10,8 @@ from idem_ros.core.se3 import checked_transform
 from idem_ros.evaluation.result_file import Result, read_result
 from idem_ros.evaluation.smoothness import second_differences
 
+SIGMAS = 'sigma_m', 'sigma_deg'
+UNKNOWN = 0.5e6  # a variance of which nothing is known: see `assessment.NOTHING_KNOWN`
 POSES = {'T_target_source': '', 'T_guess': '_before'}
 
 
@@ -89,7 +91,7 @@ def read_runs(paths):
             name=stem if stems.count(stem) == 1 else str(path),
             result=result,
             seconds=_seconds(result, first[result.bag]),
-            columns={**_numbers(result), **_smoothness(result)},
+            columns={**_numbers(result), **_smoothness(result), **_sigmas(result)},
         )
         for path, stem, result in zip(paths, stems, results, strict=True)
     ]
@@ -112,6 +114,24 @@ def _stamps(result):
 
 def _numbers(result):
     return {name: result.values(name) for name in result.numbers()}
+
+
+def _sigmas(result):
+    """Return the largest standard deviation of each pose, of its position and its rotation."""
+    found = np.array([_sigma(frame.get('covariance')) for frame in result.frames]).reshape(-1, 2)
+    return dict(zip(SIGMAS, found.T, strict=True)) if np.isfinite(found).any() else {}
+
+
+def _sigma(covariance):
+    try:
+        matrix = np.array(covariance, dtype=float).reshape(6, 6)
+    except (TypeError, ValueError):
+        return np.nan, np.nan
+    if not np.isfinite(matrix).all():
+        return np.nan, np.nan
+    variances = [np.linalg.eigvalsh(matrix[k : k + 3, k : k + 3])[-1] for k in (0, 3)]
+    position, rotation = (np.sqrt(v) if 0 <= v < UNKNOWN else np.nan for v in variances)
+    return position, np.degrees(rotation)
 
 
 def _smoothness(result):

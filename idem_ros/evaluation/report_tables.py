@@ -3,19 +3,38 @@
 import csv
 import io
 import json
+import re
 from collections import Counter
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from idem_ros.evaluation.report_runs import MEASURES
+from idem_ros.evaluation.report_runs import MEASURES, SIGMAS
 from idem_ros.evaluation.result_file import COUNTS
 from idem_ros.printable import cell
 
 WHEN = ('before', 'after')
 STATISTICS = {'median': 50, 'p90': 90, 'max': 100}
-WORST = ('translation_error_m', 'rotation_error_deg', 'q_mean', 'q_tot', 'overlap', 'time_ms')
+WORST = (
+    'translation_error_m',
+    'rotation_error_deg',
+    'sigma_m',
+    'sigma_deg',
+    'basin',
+    'q_mean',
+    'q_tot',
+    'overlap',
+    'time_ms',
+)
+TITLES = {
+    'sigma_m': 'sigma of the position [m]',
+    'sigma_deg': 'sigma of the rotation [deg]',
+    'basin': 'basin [share]',
+    **{measure.name: measure.label for measure in MEASURES},
+}
+NUMBER = re.compile(r'\d[\d.e+-]*')
+JUDGED = ('p_aligned', *SIGMAS, 'basin')
 
 
 @dataclass(frozen=True)
@@ -36,6 +55,30 @@ def outcomes(runs):
         time_ms = _percentiles(run.values('time_ms'), (50, 95, 100))
         rows.append((run.name, run.result.bag, *counts, _statuses(run.result), *time_ms))
     return Table(header, rows)
+
+
+def verdicts(runs):
+    """Return how the frames of each run were judged: of each verdict the commonest reason."""
+    header = ('result', 'verdict', 'frames', 'share', 'commonest reason')
+    header += tuple(f'{name} median' for name in ('p_aligned', *map(TITLES.get, JUDGED[1:])))
+    rows = []
+    for run in runs:
+        found = [frame.get('verdict') for frame in run.result.frames]
+        for verdict, count in Counter(filter(None, found)).most_common():
+            which = np.array([each == verdict for each in found])
+            reason = _commonest(
+                run.result.frames[i].get('verdict_reason') for i in which.nonzero()[0]
+            )
+            medians = (_percentiles(run.values(name)[which], (50,))[0] for name in JUDGED)
+            rows.append((run.name, verdict, count, count / len(found), reason, *medians))
+    return Table(header, rows)
+
+
+def _commonest(reasons):
+    """Return the commonest of reasons, whatever numbers are in them."""
+    reasons = [reason or '' for reason in reasons]
+    alike = [NUMBER.sub('', reason) for reason in reasons]
+    return reasons[alike.index(Counter(alike).most_common(1)[0][0])]
 
 
 def before_and_after(runs):
@@ -73,7 +116,7 @@ def every_number(runs):
 
 def frames(run):
     """Return every frame of a run with all it holds; transforms as the numbers of three rows."""
-    derived = [name for name in run.columns if name.startswith('second_difference')]
+    derived = [name for name in run.columns if name.startswith(('second_difference', 'sigma_'))]
     records = [_flat(frame) for frame in run.result.frames]
     for i, record in enumerate(records):
         record['seconds'] = float(run.seconds[i])
@@ -86,17 +129,20 @@ def frames(run):
 def worst(run, order):
     """Return the frames of some indices with the numbers that say why they are there."""
     names = [name for name in WORST if np.isfinite(run.values(name)).any()]
+    texts = {'verdict': 'verdict', 'verdict_reason': 'reason'}
+    said = [name for name in texts if any(frame.get(name) for frame in run.result.frames)]
     rows = [
         (
             int(i),
             float(run.seconds[i]),
             run.result.frames[i].get('status'),
+            *(run.result.frames[i].get(name) or None for name in said),
             *(_known(run.values(name)[i]) for name in names),
         )
         for i in order
     ]
-    titles = {measure.name: measure.label for measure in MEASURES}
-    return Table(('frame', 'time [s]', 'status', *(titles[name] for name in names)), rows)
+    titles = *map(texts.get, said), *map(TITLES.get, names)
+    return Table(('frame', 'time [s]', 'status', *titles), rows)
 
 
 def csv_text(table):
