@@ -192,14 +192,14 @@ def test_guess_between_other_frames_is_refused_with_both_names(bench, clouds):
 
 def test_error_nobody_foresaw_is_reported_and_the_next_input_served(bench, clouds, monkeypatch):
     b = bench().start()
-    refiner = b.node.registration._refiner
+    refiner = b.node.registration.refining.refiner
     monkeypatch.setattr(
-        b.node.registration, '_refiner', SimpleNamespace(refine=lambda pair: 1 / 0)
+        b.node.registration.refining, 'refiner', SimpleNamespace(refine=lambda pair: 1 / 0)
     )
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('refused'))
     assert 'ZeroDivisionError' in b.statuses('refused')[0].message
-    monkeypatch.setattr(b.node.registration, '_refiner', refiner)
+    monkeypatch.setattr(b.node.registration.refining, 'refiner', refiner)
     send(b, clouds, FIRST + 100 * MS)
     b.transform_of(FIRST + 100 * MS)
 
@@ -238,7 +238,7 @@ def test_older_inputs_are_dropped_and_counted_while_one_is_refined(bench, clouds
     started, proceed, refine = (
         threading.Event(),
         threading.Event(),
-        b.node.registration._refiner.refine,
+        b.node.registration.refining.refiner.refine,
     )
 
     def refine_later(pair):
@@ -246,12 +246,14 @@ def test_older_inputs_are_dropped_and_counted_while_one_is_refined(bench, clouds
         proceed.wait(LONG)
         return refine(pair)
 
-    monkeypatch.setattr(b.node.registration, '_refiner', SimpleNamespace(refine=refine_later))
+    monkeypatch.setattr(
+        b.node.registration.refining, 'refiner', SimpleNamespace(refine=refine_later)
+    )
     send(b, clouds, FIRST)
     b.until(started.is_set)
     for i in (1, 2, 3):
         send(b, clouds, FIRST + i * 100 * MS, target=False)
-    b.until(lambda: b.node.registration.worker.dropped == 2)
+    b.until(lambda: b.node.registration.refining.dropped == 2)
     proceed.set()
     b.transform_of(FIRST + 300 * MS)
     b.until(lambda: len(b.statuses('converged')) == 2)
@@ -263,7 +265,9 @@ def test_node_says_that_a_refinement_is_under_way(bench, clouds, monkeypatch):
     b = bench().start()
     proceed = threading.Event()
     monkeypatch.setattr(
-        b.node.registration, '_refiner', SimpleNamespace(refine=lambda pair: proceed.wait(LONG))
+        b.node.registration.refining,
+        'refiner',
+        SimpleNamespace(refine=lambda pair: proceed.wait(LONG)),
     )
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('busy'))

@@ -82,7 +82,7 @@ def test_deactivation_publishes_what_is_under_way_and_counts_what_waits(
     b = activated(bench)
     registration = b.node.registration
     started, proceed = threading.Event(), threading.Event()
-    refine = registration._refiner.refine
+    refine = registration.refining.refiner.refine
 
     def refine_later(pair):
         started.set()
@@ -90,11 +90,11 @@ def test_deactivation_publishes_what_is_under_way_and_counts_what_waits(
         return refine(pair)
 
     stand_in = SimpleNamespace(refine=refine_later, configure=lambda *configs: None)
-    monkeypatch.setattr(registration, '_refiner', stand_in)
+    monkeypatch.setattr(registration.refining, 'refiner', stand_in)
     send(b, clouds, FIRST)
     b.until(started.is_set)
     send(b, clouds, FIRST + 100 * MS, target=False)
-    b.until(lambda: registration.worker.waiting == 1)
+    b.until(lambda: registration.refining.waiting == 1)
     b.source.publish(cloud_message(clouds[1], FIRST + 200 * MS, 'lidar'))
     b.until(lambda: registration.inputs.pairing.waiting == 1)
     opener = threading.Timer(0.1, proceed.set)

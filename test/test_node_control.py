@@ -31,9 +31,13 @@ class Gate:
     """Holds each refinement back until it is let through."""
 
     def __init__(self, registration, monkeypatch):
-        self.refiner, self.begun, self.proceed = registration._refiner, [], threading.Semaphore(0)
+        self.refiner, self.begun, self.proceed = (
+            registration.refining.refiner,
+            [],
+            threading.Semaphore(0),
+        )
         stand_in = SimpleNamespace(refine=self._refine, configure=self.refiner.configure)
-        monkeypatch.setattr(registration, '_refiner', stand_in)
+        monkeypatch.setattr(registration.refining, 'refiner', stand_in)
 
     def _refine(self, pair):
         self.begun.append(pair.stamp)
@@ -107,7 +111,7 @@ def test_newest_pair_of_a_pause_is_refined_when_it_ends(bench, clouds):
     b = bench().start()
     b.asked(SetBool, 'pause', data=True)
     send(b, clouds, FIRST)
-    b.until(lambda: b.node.registration.worker.waiting == 1)
+    b.until(lambda: b.node.registration.refining.waiting == 1)
     b.asked(SetBool, 'pause', data=False)
     b.transform_of(FIRST)
     b.until(lambda: accounts(b) == (1, 1, 0, 0, 0))
@@ -160,7 +164,7 @@ def test_target_replaced_in_mid_refinement_serves_the_next_source_only(bench, cl
     moved = transform_points(shift, clouds[0])
     b.target.publish(cloud_message(moved, FIRST + 10 * MS, 'map'))
     send(b, clouds, FIRST + 100 * MS, target=False)
-    b.until(lambda: b.node.registration.worker.waiting == 1)
+    b.until(lambda: b.node.registration.refining.waiting == 1)
     gate.proceed.release(2)
     for stamp, target in ((FIRST, clouds[0]), (FIRST + 100 * MS, moved)):
         expected = register(target, clouds[1], np.eye(4)).T_target_source
@@ -228,7 +232,7 @@ def test_a_hundred_activations_under_load_lose_no_count_and_no_thread(bench, clo
         for _ in range(2):
             for pair in pairing.add_source(source):
                 registration.traffic.note_input('source', 0.0, None)
-                registration._submit(pair, None)
+                registration.refining.submit(pair, None)
         registration.stop()
         registration.start()
     assert threading.active_count() == threads

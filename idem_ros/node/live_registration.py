@@ -3,9 +3,9 @@
 import time
 import traceback
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
@@ -16,32 +16,20 @@ from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, Control, answered, what_came_of
 from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
-from idem_ros.node.interface import CONFIGS, EVERY_INPUT
+from idem_ros.node.interface import EVERY_INPUT
+from idem_ros.node.live_parameters import LiveParameters
 from idem_ros.node.output_config import OutputConfig
-from idem_ros.node.outputs import Outputs, require_outputs
-from idem_ros.node.parameters import declare_parameters, read_config, unknown_parameters
+from idem_ros.node.outputs import Outputs
+from idem_ros.node.refining import Job, Refining
 from idem_ros.node.report import PERIOD, Report
 from idem_ros.node.subscription_config import SubscriptionConfig
-from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic
-from idem_ros.node.worker import LatestOnlyWorker
-from idem_ros.pair import Pair, refined
+from idem_ros.pair import Pair, Refusal
 from idem_ros.preprocessing import PreprocessingConfig
 from idem_ros.q_tot_slice import slice_of
 from idem_ros.refinement import Refinement, Refiner
 from idem_ros.stamps import seconds
 from idem_ros.targets import PairingConfig
-
-
-@dataclass
-class Job:
-    """A pair for the worker."""
-
-    pair: Pair
-    received: float | None
-    """When its source came, of `time.monotonic` [s]; None: not known."""
-    is_settled: bool = False
-    """Whether it was answered or refused: refined once more, it counts no more."""
 
 
 class LiveRegistration:
@@ -62,47 +50,37 @@ class LiveRegistration:
 
     def __init__(self, node: Node):
         self.node = node
-        declare_parameters(node)
-        if unknown := unknown_parameters(node):  # a file of parameters may be other nodes', too
-            node.get_logger().warning(f'no parameter of this node: {", ".join(unknown)}')
+        self._parameters = LiveParameters(node, self._configure)
         self.traffic = Traffic(EVERY_INPUT, time.monotonic())
-        self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_source, self._on_jump)
-        self.worker: LatestOnlyWorker | None = None
-        self._refiner = Refiner()
+        self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_input, self._on_jump)
+        self.refining = Refining(self.inputs, self.traffic.worker, self._answer, self._refuse)
+        self._console = Console(node.get_logger())
         self._outputs: Outputs | None = None
         self._report: Report | None = None
-        self._console = Console(node.get_logger())
         self._control: Control | None = None
         self._timer = None
-        self._is_paused = False
-        self._dropped_before = 0  # by workers of earlier
-        self._newest: Job | None = None
         self._last: Refinement | None = None
-        self._answer = Answer(False, '')
-        self._require_usable()
-        self._apply_parameters()
-        node.add_on_set_parameters_callback(self._check_parameters)
-        node.add_post_set_parameters_callback(self._apply_parameters)
+        self._configure(self._parameters.read())
 
     @property
     def is_active(self) -> bool:
         """Whether it takes sources."""
-        return self.worker is not None
+        return self.refining.is_active
 
     @property
     def dropped(self) -> int:
         """How many sources were never refined since the node was made."""
-        by_worker = self.worker.dropped if self.worker else 0
-        return self.inputs.pairing.dropped + self._dropped_before + by_worker
+        return self.inputs.pairing.dropped + self.refining.dropped
 
     def open(self) -> None:
         """Make publishers and services, and listen to targets and guesses."""
-        self._refiner = Refiner()
-        self._apply_parameters()
-        self._outputs = Outputs(self.node, read_config(self.node, OutputConfig))
+        configs = self._parameters.read()
+        self.refining.refiner = Refiner()
+        self._configure(configs)
+        self._outputs = Outputs(self.node, configs[OutputConfig])
         self._report = Report(self.node, self._console)
         warm_up()  # before there is a subscription: compiling holds the GIL for seconds
-        self.inputs.open(read_config(self.node, SubscriptionConfig))
+        self.inputs.open(configs[SubscriptionConfig])
         asked = {
             'refine_once': self.refine_once,
             'publish_region_of_interest': self.publish_region_of_interest,
@@ -112,9 +90,7 @@ class LiveRegistration:
 
     def start(self) -> None:
         """Take sources, refine them, and publish."""
-        self.worker = LatestOnlyWorker(
-            self._refine, self._publish, self._refuse, is_paused=self._is_paused
-        )
+        self.refining.start()
         self._report.is_on = True
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self.node.create_timer(PERIOD, self._report_period, clock=wall)
@@ -127,16 +103,14 @@ class LiveRegistration:
 
         Sources that wait are dropped and counted. May be repeated.
         """
-        if self.worker is None:
+        if not self.is_active:
             return
         self.inputs.mute()
         self.node.destroy_timer(self._timer)
-        worker = self.worker
-        worker.stop()
-        self._dropped_before += worker.dropped
+        self.refining.stop()
         refused = self.traffic.refused + self.inputs.pairing.refused
         self._console.farewell(self.traffic.received, refused, self.dropped)
-        self.worker, self._newest, self._report.is_on = None, None, False
+        self._report.is_on = False
 
     def close(self) -> None:
         """Stop, and let go of publishers, services and what was received. May be repeated."""
@@ -149,26 +123,19 @@ class LiveRegistration:
 
     def pause(self, is_paused: bool) -> Answer:
         """Leave the newest complete pair unrefined from now on, or go on with it."""
-        self._is_paused = is_paused
-        if self.worker:
-            self.worker.pause(is_paused)
+        self.refining.pause(is_paused)
         text = 'paused: the newest complete pair is kept' if is_paused else 'refines what comes'
         return Answer(True, text)
 
     def refine_once(self) -> Future:
         """Have the newest complete pair refined, be it once more; return a future `Answer`."""
-        if not self.is_active:
-            return answered(Answer(False, 'the node is not active'))
-        if self._newest is None:
+        if self.is_active and not self.refining.has_pair:
             return answered(Answer(False, f'no pair yet: {self.inputs.what_it_waits_for()}'))
-        newest = self._newest
-        return self.worker.call_soon(lambda: self._refine_newest(newest))
+        return self.refining.again()
 
     def publish_region_of_interest(self) -> Future:
         """Have q_tot evaluated around the last result; return a future `Answer`."""
-        if not self.is_active:
-            return answered(Answer(False, 'the node is not active'))
-        return self.worker.call_soon(self._publish_region)
+        return self.refining.call_soon(self._publish_region)
 
     def reset(self) -> Answer:
         """Forget the last result as a guess, where guesses follow it."""
@@ -182,28 +149,19 @@ class LiveRegistration:
         return Answer(True, f'the last result is forgotten: it {then}')
 
     def _submit(self, pair: Pair, received: float | None) -> None:
-        self._newest = Job(pair, received)
-        self.worker.submit(self._newest)
-
-    def _refine_newest(self, newest: Job) -> Answer:
-        # a newer one may have come meanwhile, or a jump have had it forgotten
-        self.worker.run(self.worker.take_waiting() or self._newest or newest)
-        return self._answer
+        self.refining.submit(pair, received)
 
     def _publish_region(self) -> Answer:
         if self._last is None:
             return Answer(False, 'there is no result yet')
-        slice_ = slice_of(self._last, *self._refiner.took_part)
+        slice_ = slice_of(self._last, *self.refining.refiner.took_part)
         self._outputs.publish_region(self._last, slice_)
         return Answer(True, str(slice_))
 
-    def _refine(self, job: Job) -> Refinement:
-        self.traffic.worker.begin(time.monotonic())
-        return refined(self._refiner.refine, job.pair, self.inputs)
-
-    def _publish(self, job: Job, refinement: Refinement) -> None:
+    def _answer(self, job: Job, refinement: Refinement) -> Answer:
+        answer = what_came_of(refinement)
         if not self.node.context.ok():
-            return
+            return answer
         self._outputs.publish(refinement)
         if not job.is_settled:
             now = time.monotonic()
@@ -211,50 +169,50 @@ class LiveRegistration:
             self._console.result(refinement, now)
         job.is_settled, self._last = True, refinement
         self._report.result(refinement, self.dropped)
-        self._answer = what_came_of(refinement)
         self._publish_debug(refinement)
-        self.traffic.worker.end(time.monotonic())
+        return answer
 
     def _publish_debug(self, refinement: Refinement) -> None:
         try:
-            self._outputs.publish_debug(refinement, self._refiner.took_part)
+            self._outputs.publish_debug(refinement, self.refining.refiner.took_part)
         except Exception as error:  # the pair was answered: it is no refusal
             self._log_unexpected(error)
 
-    def _refuse(self, job: Job, error: Exception) -> None:
-        self.traffic.worker.end(time.monotonic())
-        if not self.node.context.ok():  # shutting down; publishing is what failed
-            return
+    def _refuse(self, job: Job, error: Exception) -> Answer:
         reason = str(error)
         if not isinstance(error, IdemError):
-            self._log_unexpected(error)
             reason = f'unexpected {type(error).__name__}: {error}'
+        answer = Answer(False, f'refused: {reason}')
+        if not self.node.context.ok():  # shutting down; publishing is what failed
+            return answer
+        if not isinstance(error, IdemError):
+            self._log_unexpected(error)
         self.traffic.refused += not job.is_settled
-        job.is_settled, self._answer = True, Answer(False, f'refused: {reason}')
         self._report.refused(reason, job.pair.stamp, self._counts())
+        return answer
 
     def _log_unexpected(self, error: Exception) -> None:
         self.node.get_logger().error(''.join(traceback.format_exception(error)))
 
-    def _refuse_source(self, refusal) -> None:
+    def _refuse_input(self, refusal: Refusal) -> None:
         self._report.refused(refusal.reason, refusal.stamp, self._counts())
 
     def _on_jump(self, by: int) -> None:
-        self._newest = None
+        self.refining.forget_newest()
         self._report.clock_set_back(seconds(by), self._counts())
 
     def _report_period(self) -> None:
-        pairing, worker = self.inputs.pairing, self.worker
-        if worker.is_busy:
+        pairing, refining = self.inputs.pairing, self.refining
+        if refining.is_busy:
             state = 'busy', 'a refinement is under way'
-        elif self._is_paused:
+        elif refining.is_paused:
             state = 'paused', 'paused by ~/pause: the newest complete pair is kept'
         else:
             state = 'waiting', self.inputs.what_it_waits_for()
         counts = {
             'refused': self.traffic.refused + pairing.refused,
             'refused_targets': pairing.refused_targets,
-            'waiting': pairing.waiting + worker.waiting,
+            'waiting': pairing.waiting + refining.waiting,
         }
         names = sorted(self.inputs.subscriptions.held)
         load = self.traffic.load(time.monotonic(), self.dropped, counts, names)
@@ -266,32 +224,8 @@ class LiveRegistration:
     def _counts(self) -> dict[str, int]:
         return {'dropped': self.dropped, 'clock_jumps': self.inputs.pairing.jumps}
 
-    def _require_usable(self, changed=()) -> None:
-        configs = {kind: read_config(self.node, kind, changed) for kind in CONFIGS}
-        require_messages(configs[GuessConfig].type)
-        require_outputs(configs[OutputConfig])
-
-    def _check_parameters(self, changed) -> SetParametersResult:
-        try:
-            self._require_usable(changed)
-        except IdemError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def _apply_parameters(self, changed=()) -> None:
-        for each in changed:
-            self.node.get_logger().info(f'{each.name} is {each.value!r} from now on')
-        registration, preprocessing, pairing, guess, output = (
-            read_config(self.node, kind)
-            for kind in (
-                RegistrationConfig,
-                PreprocessingConfig,
-                PairingConfig,
-                GuessConfig,
-                OutputConfig,
-            )
-        )
-        self._refiner.configure(registration, preprocessing)
-        self.inputs.configure(pairing, guess)
+    def _configure(self, configs: dict[type, Any]) -> None:
+        self.refining.refiner.configure(configs[RegistrationConfig], configs[PreprocessingConfig])
+        self.inputs.configure(configs[PairingConfig], configs[GuessConfig])
         if self._outputs:
-            self._outputs.configure(output)
+            self._outputs.configure(configs[OutputConfig])

@@ -19,23 +19,17 @@ class LatestOnlyWorker:
     input stays in the mailbox. The thread starts at once and ends in `stop`, which joins it.
 
     Args:
-        work: called in the thread with each input; its value goes to `on_result`.
-        on_result: called in the thread with (input, value).
-        on_error: called in the thread with (input, exception) for whatever `work` or `on_result`
-            raised. The thread lives on, even if it raises itself: that is logged.
+        work: called in the thread with each input. The thread lives on, even if it raises: that
+            is logged.
         is_paused: whether it begins so.
     """
 
     def __init__(
         self,
         work: Callable[[Any], Any],
-        on_result: Callable[[Any, Any], None],
-        on_error: Callable[[Any, Exception], None],
         is_paused: bool = False,
     ):
         self._work = work
-        self._on_result = on_result
-        self._on_error = on_error
         self._changed = threading.Condition()
         self._newest: Any = _NOTHING
         self._tasks: deque[tuple[Future, Callable[[], Any]]] = deque()
@@ -86,13 +80,6 @@ class LatestOnlyWorker:
             item, self._newest = self._newest, _NOTHING
             return None if item is _NOTHING else item
 
-    def run(self, item: Any) -> None:
-        """Do the work on an input now, as if it had been taken. For tasks, in the thread only."""
-        try:
-            self._on_result(item, self._work(item))
-        except Exception as error:  # a thread that died of one bad cloud would refine nothing
-            self._report(item, error)
-
     def call_soon(self, task: Callable[[], Any]) -> Future:
         """Call something in the thread before the next input, paused or not, without blocking.
 
@@ -137,13 +124,13 @@ class LatestOnlyWorker:
                 future, task = self._tasks.popleft()
                 return lambda: _settle(future, task)
             item, self._newest = self._newest, _NOTHING
-            return lambda: self.run(item)
+            return lambda: self._do(item)
 
-    def _report(self, item: Any, error: Exception) -> None:
+    def _do(self, item: Any) -> None:
         try:
-            self._on_error(item, error)
+            self._work(item)
         except Exception:  # nobody is left to tell; the next input may fare better
-            LOG.exception('an error could not be reported: %s', error)
+            LOG.exception('the work on an input failed')
 
     def _is_due(self) -> bool:
         return self._newest is not _NOTHING and not self._is_paused
