@@ -8,6 +8,7 @@ from numpy.lib import format as npy
 from idem_ros.files.records import points_of_records
 from idem_ros.files.unreadable import UnreadableCloud
 
+LONGEST = 1 << 16  # [bytes] of header
 MOST_COLUMNS = 64  # of an array of points; more are points in columns
 
 
@@ -38,6 +39,12 @@ def _refuse_short(stream, size):
         version = npy.read_magic(stream)
     except ValueError as error:
         raise UnreadableCloud('it does not begin as an array of NumPy does (np.save)') from error
+    if version not in ((1, 0), (2, 0), (3, 0)):
+        raise UnreadableCloud(f'its format has version {version[0]}.{version[1]}, unknown here')
+    at, width = stream.tell(), 2 if version == (1, 0) else 4
+    if int.from_bytes(stream.read(width), 'little') > min(size, LONGEST):
+        raise UnreadableCloud('its header is longer than the file, or than any of points')
+    stream.seek(at)
     header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = header(stream)
     if dtype.hasobject:

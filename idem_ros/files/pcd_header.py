@@ -13,6 +13,7 @@ WORDS |= {b'VIEWPOINT', b'POINTS', b'DATA'}
 ENCODINGS = ('ascii', 'binary', 'binary_compressed')
 KINDS = {'F': (2, 4, 8), 'I': (1, 2, 4, 8), 'U': (1, 2, 4, 8)}
 MOST_BYTES = 1 << 20  # of a point
+WORD = re.compile(rb'\w{1,40}$')
 LINE = re.compile(rb'([^\r\n]*)(\r\n|\n|\r)')
 
 
@@ -54,6 +55,8 @@ def read_pcd_header(content):
         if not words or words[0].startswith(b'#'):
             continue
         word = words[0].upper()
+        if not WORD.match(word):
+            raise UnreadableCloud('it has no line DATA, so it is no PCD file or cut off')
         if word not in WORDS:
             raise UnreadableCloud(f'its header has a line {_shown(line[1])}, which PCD has not')
         if word in lines:

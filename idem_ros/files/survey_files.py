@@ -4,9 +4,9 @@ import logging
 
 import numpy as np
 
+from idem_ros.files.las_header import MOST_PACKED, refuse_false_las
 from idem_ros.files.unreadable import UnreadableCloud
 
-MOST_PACKED = 200  # points that LAZ makes of a byte, at most
 EXTRA = "install the extra survey: pip install 'idem_ros[survey]'"
 
 logger = logging.getLogger(__name__)
@@ -19,24 +19,10 @@ def read_las(path, columns=None):
     except ImportError as error:
         raise UnreadableCloud(f'laspy is not installed; {EXTRA}') from error
     _refuse_columns(columns)
-    content_size = path.stat().st_size
+    refuse_false_las(path.read_bytes())
     try:
-        with laspy.open(path) as reader:
-            header = reader.header
-            declared = header.point_count * header.point_format.size
-            room = content_size - header.offset_to_point_data
-            most = (
-                MOST_PACKED * content_size * header.point_format.size
-                if header.are_points_compressed
-                else room
-            )
-            if declared > most:
-                raise UnreadableCloud(
-                    f'it is cut off: its header declares {header.point_count} points, for which '
-                    f'{room} bytes are too few'
-                )
-            las = reader.read()
-            return np.stack([np.asarray(las.x), np.asarray(las.y), np.asarray(las.z)], axis=1)
+        las = laspy.read(path)
+        return np.stack([np.asarray(las.x), np.asarray(las.y), np.asarray(las.z)], axis=1)
     except laspy.LaspyException as error:
         raise UnreadableCloud(f'it is cut off, damaged or no LAS: {_line(error)}') from error
 
@@ -48,19 +34,29 @@ def read_e57(path, columns=None):
     except ImportError as error:
         raise UnreadableCloud(f'pye57 is not installed; {EXTRA}') from error
     _refuse_columns(columns)
-    file = pye57.E57(str(path))
     try:
-        count = file.scan_count
-        if count == 0:
-            raise UnreadableCloud('it holds no scan')
-        if count > 1:
-            logger.warning('%s: its %d scans are put together, each in its pose', path, count)
-        scans = (file.read_scan(i, ignore_missing_fields=True) for i in range(count))
-        return np.vstack(
-            [np.stack([scan[f'cartesian{axis}'] for axis in 'XYZ'], axis=1) for scan in scans]
-        )
+        file = pye57.E57(str(path))
+    except pye57.libe57.E57Exception as error:
+        raise UnreadableCloud(f'it is cut off, damaged or no E57: {_cause(error)}') from error
+    try:
+        return _put_together(file, path)
+    except pye57.libe57.E57Exception as error:
+        raise UnreadableCloud(f'it is damaged: {_cause(error)}') from error
     finally:
         file.close()
+
+
+def _put_together(file, path):
+    count = file.scan_count
+    declared = sum(file.get_header(i).point_count for i in range(count))
+    if not 0 < declared <= MOST_PACKED * path.stat().st_size:
+        raise UnreadableCloud(f'it declares {count} scans of {declared} points: empty or damaged')
+    if count > 1:
+        logger.warning('%s: its %d scans are put together, each in its pose', path, count)
+    scans = (file.read_scan(i, ignore_missing_fields=True) for i in range(count))
+    return np.vstack(
+        [np.stack([scan[f'cartesian{axis}'] for axis in 'XYZ'], axis=1) for scan in scans]
+    )
 
 
 def _refuse_columns(columns):
@@ -70,3 +66,9 @@ def _refuse_columns(columns):
 
 def _line(error):
     return ' '.join(str(error).split())[:200]
+
+
+def _cause(error):
+    """Return what libE57Format says before its debug information."""
+    text = _line(error).partition('Debug info')[0]
+    return text.partition('exception:')[2].strip() or text.strip() or 'no word why'

@@ -17,6 +17,7 @@ SHOWN = 60  # characters of a line in a message
 NUMBER = {
     sign: re.compile(rf'[+-]?(\d+([{sign}]\d*)?|[{sign}]\d+)([eE][+-]?\d+)?$') for sign in '.,'
 }
+GROUPED = re.compile(r'[+-]?\d{1,3}([.,]\d{3})+([.,]\d+)?$')
 NO_NUMBER = re.compile(r'[+-]?(nan|inf|infinity|na|n/a|null|none)?$', re.IGNORECASE)
 SEPARATOR = re.compile(r'"?sep=(.)"?$', re.IGNORECASE)  # how Excel says its delimiter
 UNIT = re.compile(r'\s+([\[(])')
@@ -278,9 +279,8 @@ def _count(line, delimiter):
 
 
 def _is_number(cell):
-    return bool(
-        NUMBER['.'].match(cell) or NUMBER[','].match(cell) or cell.lower() in ('nan', 'inf')
-    )
+    known = NUMBER['.'], NUMBER[','], GROUPED
+    return cell.lower() in ('nan', 'inf') or any(form.match(cell) for form in known)
 
 
 def _quoted(row):

@@ -1,0 +1,370 @@
+"""Layouts of PCD, PLY, NumPy, bare numbers, LAS and E57 that real tools write."""
+
+import os
+import struct
+
+import numpy as np
+import pytest
+from plyfile import PlyData, PlyElement
+
+from idem_ros.files.cloud_file import READERS, UnreadableCloud, read_cloud
+from idem_ros.files.columns import parse_columns
+
+PCD = """VERSION .7
+FIELDS x y z timestamp intensity
+SIZE 4 4 4 8 1
+TYPE F F F F U
+COUNT 1 1 1 1 1
+WIDTH 40
+HEIGHT 1
+VIEWPOINT 0 0 0 1 0 0 0
+POINTS 40
+DATA ascii
+"""
+
+
+@pytest.fixture
+def points(rng):
+    return (rng.normal(size=(40, 3)) * 7).astype(np.float32).astype(np.float64)
+
+
+def assert_reads(path, points, columns=None):
+    np.testing.assert_array_equal(read_cloud(path, columns), points)
+
+
+@pytest.mark.parametrize(
+    'row',
+    [
+        '{} {} {} 25.5 14\n',
+        '{} {} {} 25.5 14 \n',
+        '{}\t{}\t{}\t25.5\t14\n',
+        '  {}  {} {} 2.5 1\r\n',
+    ],
+)
+@pytest.mark.parametrize('kind', ['F F F F U', 'f f f f u'])
+def test_ascii_pcd_is_split_at_any_white_space(tmp_path, points, row, kind):
+    body = ''.join(row.format(*map(repr, map(float, point))) for point in points)
+    (tmp_path / 'a.pcd').write_bytes((PCD.replace('F F F F U', kind) + body).encode())
+    assert_reads(tmp_path / 'a.pcd', points)
+
+
+def pcd(points=40, *, drop=(), **lines):
+    """The header of a binary PCD of x y z; `lines` replace, `drop` leaves out."""
+    given = {
+        'VERSION': '0.7', 'FIELDS': 'x y z', 'SIZE': '4 4 4', 'TYPE': 'F F F', 'COUNT': '1 1 1',
+        'WIDTH': points, 'HEIGHT': 1, 'VIEWPOINT': '0 0 0 1 0 0 0', 'POINTS': points,
+        'DATA': 'binary', **lines,
+    }  # fmt: skip
+    given['DATA'] = given.pop('DATA')
+    return ''.join(f'{k} {v}\n' for k, v in given.items() if k not in drop).encode()
+
+
+@pytest.mark.parametrize(
+    'header',
+    [
+        pcd(drop=['COUNT']),
+        pcd(drop=['POINTS']),
+        pcd(drop=['WIDTH', 'HEIGHT']),
+        pcd(drop=['VIEWPOINT', 'VERSION']),
+        pcd(VIEWPOINT='0 0 0 1'),
+        pcd(drop=['FIELDS'], COLUMNS='x y z'),
+        pcd(FIELDS='X Y Z'),
+        pcd(WIDTH=8, HEIGHT=5),
+        b'# .PCD v.7 - Point Cloud Data file format\n\n' + pcd(),
+        b'\xef\xbb\xbf' + pcd(),
+        pcd().replace(b'\n', b'\r\n'),
+        pcd(DATA='BINARY'),
+    ],
+)
+def test_what_a_pcd_header_leaves_out_is_as_the_format_says(tmp_path, points, header):
+    (tmp_path / 'a.pcd').write_bytes(header + points.astype('<f4').tobytes())
+    assert_reads(tmp_path / 'a.pcd', points)
+
+
+def test_pcd_fields_of_count_0_and_of_bytes_are_passed_over(tmp_path, points):
+    dtype = [('x', '<f4'), ('y', '<f4'), ('z', '<f4'), ('_', 'u1', 4), ('i', '<f4'), ('r', '<u4')]
+    table = np.zeros(40, dtype)
+    for axis, name in enumerate('xyz'):
+        table[name] = points[:, axis]
+    header = pcd(
+        FIELDS='x y z _ intensity _ range', SIZE='4 4 4 1 4 1 4', TYPE='F F F U F U U',
+        COUNT='1 1 1 4 1 0 1',
+    )  # fmt: skip
+    (tmp_path / 'a.pcd').write_bytes(header + table.tobytes())
+    assert_reads(tmp_path / 'a.pcd', points)
+
+
+@pytest.mark.parametrize(
+    ('header', 'words'),
+    [
+        (pcd(FIELDS='x y z class', COUNT='1 1 1 1'), 'SIZE has 3 entries, FIELDS 4'),
+        (pcd(COUNT='1 1 2000000000'), '8000000008 bytes a point'),
+        (pcd(COUNT='1 1 99999999999999999999'), 'COUNT is .* must be whole numbers'),
+        (pcd(2_000_000_000), '40 points where the header says 2000000000'),
+        (pcd(WIDTH=41), 'POINTS is 40, WIDTH x HEIGHT is 41'),
+        (pcd(TYPE='F F G'), "TYPE 'G' and SIZE 4"),
+        (pcd(SIZE='4 4 3'), 'SIZE 3'),
+        (pcd(SIZE='4 4 -4'), 'must be whole numbers'),
+        (pcd(FIELDS='x y t'), "columns are 'x', 'y', 't'"),
+        (pcd(DATA='zip'), "DATA is 'zip'"),
+        (pcd(drop=['DATA']), 'no line DATA'),
+        (pcd(drop=['FIELDS']), 'no FIELDS'),
+        (b'FIELDS x\n' + pcd(), 'two lines FIELDS'),
+        (pcd(0), 'holds 0 points'),
+        (b'', 'it is empty'),
+    ],
+)
+def test_what_is_wrong_with_a_pcd_is_said_in_words_of_pcd(tmp_path, points, header, words):
+    (tmp_path / 'a.pcd').write_bytes(header + (points.astype('<f4').tobytes() if header else b''))
+    with pytest.raises(UnreadableCloud, match=words) as refused:
+        read_cloud(tmp_path / 'a.pcd')
+    assert 'pydantic' not in str(refused.value)
+
+
+@pytest.mark.parametrize(('packed', 'inflated'), [(20, 480), (2**32 - 1, 480), (20, 2**32 - 1)])
+def test_a_compressed_pcd_is_held_against_its_size_before_it_is_inflated(
+    tmp_path, packed, inflated
+):
+    header = pcd(inflated // 12, DATA='binary_compressed')
+    body = struct.pack('<II', packed, inflated) + bytes(range(20))
+    (tmp_path / 'a.pcd').write_bytes(header + body)
+    with pytest.raises(UnreadableCloud):
+        read_cloud(tmp_path / 'a.pcd')
+
+
+PLY = """ply
+format ascii 1.0
+element vertex 40
+property float x
+property float y
+property float z
+end_header
+"""
+TWICE = 'element b 0\nproperty float x\nproperty float y\nproperty float z\n'
+
+
+def ply(points, header=PLY, row='{} {} {}\n', encoding='utf-8'):
+    body = ''.join(row.format(*map(repr, map(float, point))) for point in points)
+    return (header + body).encode(encoding)
+
+
+@pytest.mark.parametrize(
+    ('header', 'row'),
+    [
+        (PLY + '\ufeff', '{} {} {}\n'),
+        ('\ufeff' + PLY, '{} {} {}\n'),
+        (PLY, '{} {} {} \n\n'),
+        (PLY.replace('float x', 'float X').replace('float y', 'double Y'), '{} {} {}\n'),
+        (PLY.replace('vertex', 'point'), '{} {} {}\n'),
+        (PLY.replace('vertex', 'Vertex'), '{} {} {}\n'),
+        (PLY.replace('element', 'bye\nobj_info num_cols 483\ncomment a\nelement'), '{} {} {}\n'),
+        (
+            PLY.replace('end_h', 'property list uint uchar _\n' * 2 + 'end_h'),
+            '{} {} {} 4 0 0 0 0 2 0 0\n',
+        ),
+        (PLY.replace('end_h', 'property int a\nproperty uchar a\nend_h'), '{} {} {} 1 2\n'),
+        (PLY.replace('end_h', 'element face 1\nproperty list uchar int i\nend_h'), '{} {} {}\n'),
+    ],
+)
+def test_ply_is_read_whatever_its_names_and_marks(tmp_path, points, header, row):
+    content = ply(points, header, row) + b'3 0 1 2\n' * header.count('face')
+    (tmp_path / 'a.ply').write_bytes(content)
+    assert_reads(tmp_path / 'a.ply', points)
+
+
+def test_big_endian_ply_with_faces_before_the_points(tmp_path, points):
+    table = np.rec.fromarrays(points.T.astype('>f4'), names=['x', 'y', 'z'])
+    face = np.empty(3, [('i', 'O')])
+    face['i'] = [np.arange(k, dtype='i4') for k in (3, 0, 4)]
+    elements = [PlyElement.describe(face, 'face'), PlyElement.describe(np.array(table), 'vertex')]
+    PlyData(elements, byte_order='>').write(tmp_path / 'a.ply')
+    assert_reads(tmp_path / 'a.ply', points)
+
+
+@pytest.mark.parametrize(
+    ('header', 'words'),
+    [
+        (
+            PLY.replace('vertex 40', 'vertex 2000000000'),
+            'declares 2000000000 lines or more, and 40',
+        ),
+        (PLY.replace('ascii', 'binary_little_endian').replace('40', '9999'), 'declares 119988'),
+        (PLY.replace('float x', 'float a'), "element vertex|columns are 'a', 'y', 'z'"),
+        (PLY.replace('float x', 'real x'), "has a line 'property real x', which PLY has not"),
+        (PLY.replace('vertex 40', 'vertex -4'), 'must say name and count'),
+        (PLY.replace('vertex', 'a').replace('end_h', TWICE + 'end_h'), "it has: 'a', 'b'"),
+        (PLY.replace('format ascii 1.0\n', ''), 'no line format'),
+        (PLY.replace('ascii', 'text'), 'its format is'),
+        (PLY.replace('end_header', 'end'), 'no line end_header'),
+        ('obj\n', 'no line end_header|does not begin'),
+    ],
+)
+def test_what_is_wrong_with_a_ply_is_said(tmp_path, points, header, words):
+    (tmp_path / 'a.ply').write_bytes(ply(points, header))
+    with pytest.raises(UnreadableCloud, match=words):
+        read_cloud(tmp_path / 'a.ply')
+
+
+@pytest.mark.parametrize('shape', [(40,), (8, 5), (40, 1), (2, 4, 5)])
+@pytest.mark.parametrize('order', ['<', '>'])
+def test_structured_npy_of_any_shape_is_a_cloud(tmp_path, points, shape, order):
+    table = np.zeros(shape, [(name, f'{order}f4') for name in ('i', 'z', 'y', 'x')])
+    for axis, name in enumerate('xyz'):
+        table[name] = points[:, axis].reshape(shape)
+    np.save(tmp_path / 'a.npy', table)
+    assert_reads(tmp_path / 'a.npy', points)
+
+
+def test_structured_npy_with_a_field_of_three_is_a_cloud(tmp_path, points):
+    table = np.zeros(40, [('xyz', 'f4', 3), ('rgb', 'u1', 3)])
+    table['xyz'] = points
+    np.save(tmp_path / 'a.npy', table)
+    assert_reads(tmp_path / 'a.npy', points)
+
+
+def test_columns_of_an_array_may_be_chosen(tmp_path, points):
+    np.save(tmp_path / 'a.npy', np.c_[np.arange(40), points])
+    assert_reads(tmp_path / 'a.npy', points, (2, 3, 4))
+    with pytest.raises(UnreadableCloud, match='4 columns'):
+        read_cloud(tmp_path / 'a.npy', (3, 4, 5))
+
+
+def test_an_npy_that_declares_more_than_it_holds_is_refused_before_it_is_allocated(tmp_path):
+    np.save(tmp_path / 'a.npy', np.ones((40, 3)))
+    content = (tmp_path / 'a.npy').read_bytes()
+    huge = content.replace(b'(40, 3), }', b'(9000000000000, 3), }'[: len(b'(40, 3), }')])
+    huge = content.replace(b'(40, 3), }          ', b'(900000000000, 3), }')
+    assert len(huge) == len(content)
+    assert huge != content
+    (tmp_path / 'a.npy').write_bytes(huge)
+    with pytest.raises(UnreadableCloud, match='cut off'):
+        read_cloud(tmp_path / 'a.npy')
+
+
+def sweep(count=4800):
+    """Points of a spinning scanner in a room, in the order of its measurements; intensities."""
+    turn = np.linspace(0, 2 * np.pi, count // 16, endpoint=False)[:, None]
+    tilt = np.radians(np.linspace(-15, 15, 16))[None, :]
+    rays = np.stack(
+        [np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt) + 0 * turn], -1
+    ).reshape(-1, 3)
+    reach = (np.array([30.0, 20.0, 2.0]) / np.maximum(np.abs(rays), 1e-9)).min(axis=1)
+    return rays * reach[:, None], np.abs(np.sin(np.arange(len(rays)) * 0.1))
+
+
+def with_columns(kind):
+    xyz, intensity = sweep()
+    ring, time = np.arange(len(xyz)) % 16, np.linspace(0, 0.1, len(xyz))
+    return {
+        'xyz': xyz,
+        'xyzi': np.c_[xyz, intensity],
+        'xyzi in 255': np.c_[xyz, np.round(255 * intensity)],
+        'xyzir': np.c_[xyz, intensity, ring],
+        'xyzirt': np.c_[xyz, intensity, ring, time],
+        'xyz and normals': np.c_[xyz, np.cos(xyz)],
+    }[kind]
+
+
+@pytest.mark.parametrize('dtype', ['<f4', '<f8'])
+@pytest.mark.parametrize(
+    'kind', ['xyz', 'xyzi', 'xyzi in 255', 'xyzir', 'xyzirt', 'xyz and normals']
+)
+@pytest.mark.parametrize('shuffled', [False, True])
+def test_bare_numbers_say_themselves_how_many_columns_they_are(
+    tmp_path, rng, kind, dtype, shuffled
+):
+    rows = with_columns(kind).astype(dtype)
+    rows = rng.permutation(rows) if shuffled else rows
+    rows.tofile(tmp_path / 'a.bin')
+    assert_reads(tmp_path / 'a.bin', rows[:, :3].astype(np.float64))
+
+
+def test_nuscenes_has_five_columns_by_its_name(tmp_path):
+    rows = with_columns('xyzir').astype('<f4')
+    rows.tofile(tmp_path / 'a.pcd.bin')
+    assert_reads(tmp_path / 'a.pcd.bin', rows[:, :3].astype(np.float64))
+
+
+def test_what_cannot_be_told_is_refused_and_the_option_decides(tmp_path, rng):
+    numbers = rng.normal(size=480).astype('<f4')
+    numbers.tofile(tmp_path / 'a.bin')
+    with pytest.raises(UnreadableCloud, match='--columns says how many'):
+        read_cloud(tmp_path / 'a.bin')
+    for columns in (3, 4, 5, 6):
+        assert_reads(tmp_path / 'a.bin', numbers.reshape(-1, columns)[:, :3], columns)
+    with pytest.raises(UnreadableCloud, match='of 7 columns'):
+        read_cloud(tmp_path / 'a.bin', 7)
+
+
+def test_a_scan_that_is_cut_off_between_two_numbers_is_no_other_layout(tmp_path):
+    rows = with_columns('xyzi').astype('<f4')
+    (tmp_path / 'a.bin').write_bytes(rows.tobytes()[:-4])
+    with pytest.raises(UnreadableCloud, match='a.bin'):
+        read_cloud(tmp_path / 'a.bin')
+
+
+@pytest.mark.parametrize(
+    'content', [b'\x00' * 4800, b'text, no numbers. ' * 80, np.arange(4800, dtype='>f4').tobytes()]
+)
+def test_what_are_no_coordinates_is_refused(tmp_path, content):
+    (tmp_path / 'a.bin').write_bytes(content)
+    with pytest.raises(UnreadableCloud, match='a.bin'):
+        read_cloud(tmp_path / 'a.bin')
+
+
+@pytest.mark.parametrize('suffix', READERS)
+def test_pipes_and_devices_are_refused_at_once(tmp_path, suffix):
+    os.mkfifo(tmp_path / f'pipe{suffix}')
+    (tmp_path / f'device{suffix}').symlink_to('/dev/zero')
+    for name in ('pipe', 'device'):
+        with pytest.raises(UnreadableCloud, match='a pipe, a socket or a device'):
+            read_cloud(tmp_path / f'{name}{suffix}')
+
+
+@pytest.mark.parametrize('suffix', ['.las', '.laz'])
+def test_las_is_read_with_scale_and_offset(tmp_path, points, suffix):
+    laspy = pytest.importorskip('laspy', reason='needs the extra survey')
+    las = laspy.create(point_format=3, file_version='1.2')
+    las.header.offsets, las.header.scales = (431_000, 5_412_000, 0), (0.001,) * 3
+    las.x, las.y, las.z = (points + (431_234.5, 5_412_345.6, 312.0)).T
+    las.write(tmp_path / f'a{suffix}')
+    read = read_cloud(tmp_path / f'a{suffix}')
+    np.testing.assert_allclose(read, points + (431_234.5, 5_412_345.6, 312.0), atol=6e-4)
+    content = (tmp_path / f'a{suffix}').read_bytes()
+    (tmp_path / f'cut{suffix}').write_bytes(content[: len(content) * 2 // 3])
+    with pytest.raises(UnreadableCloud, match='cut'):
+        read_cloud(tmp_path / f'cut{suffix}')
+
+
+def test_the_scans_of_an_e57_are_put_together_in_their_poses(tmp_path, points, caplog):
+    pye57 = pytest.importorskip('pye57', reason='needs the extra survey')
+    file = pye57.E57(str(tmp_path / 'a.e57'), mode='w')
+    for shift in (0.0, 100.0):
+        columns = {f'cartesian{axis}': points[:, k].copy() for k, axis in enumerate('XYZ')}
+        file.write_scan_raw(columns, translation=np.array([shift, 0.0, 0.0]))
+    file.close()
+    expected = np.vstack([points, points + (100.0, 0, 0)])
+    np.testing.assert_allclose(read_cloud(tmp_path / 'a.e57'), expected, atol=1e-6)
+    assert 'its 2 scans are put together' in caplog.text
+    content = (tmp_path / 'a.e57').read_bytes()
+    for name, damaged in (('cut', content[:2000]), ('text', b'no E57' * 99)):
+        (tmp_path / f'{name}.e57').write_bytes(damaged)
+        with pytest.raises(
+            UnreadableCloud, match='cut off, damaged or no E57: [a-z ]+'
+        ) as refused:
+            read_cloud(tmp_path / f'{name}.e57')
+        assert 'Debug' not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'columns'),
+    [('4', 4), ('2,3,4', (2, 3, 4)), ('e, n,h', ('e', 'n', 'h')), ('1,b,3', (1, 'b', 3))],
+)
+def test_the_option_takes_a_number_or_three(text, columns):
+    assert parse_columns(text) == columns
+
+
+@pytest.mark.parametrize('text', ['', 'a', '1,2', '1,2,3,4', ',,', '-3', '99999'])
+def test_the_option_refuses_what_chooses_nothing(text):
+    with pytest.raises(ValueError, match='neither'):
+        parse_columns(text)
