@@ -201,7 +201,12 @@ class StreamedGuesses:
         """Keep a guess; one with stamp 0 serves every source until another comes.
 
         Where a source had that stamp, as under a simulated clock, it is a time like any other.
+
+        Raises:
+            InvalidTransform: one with stamp 0 is none; that before serves on.
         """
+        if not stamp_ns(message):
+            matrix_of(message)
         self._timeless = None if stamp_ns(message) else message
         if self._timeless is None or self._begins_at_zero:
             self._poses.add(message)

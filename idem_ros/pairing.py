@@ -33,15 +33,13 @@ class Pairing:
 
     Attributes:
         dropped: sources that fell out of the buffer before they were complete, or that the clock
-            was set back behind. Targets and guesses that fall out have been superseded; what that
-            costs shows here.
+            was set back behind. Targets and guesses that fall out have been superseded.
         refused: sources that have no usable guess or target, or frames that contradict it.
         refused_targets: targets that cannot be used, or contradict the frames of the guess.
     """
 
     def __init__(self, config=None, guess_config=None):
-        self.dropped = 0
-        self.refused = self.refused_targets = 0
+        self.dropped = self.refused = self.refused_targets = 0
         self._config = config or PairingConfig()
         self._guess_config = guess_config or GuessConfig()
         self._guesses = _guesses_of(self._guess_config.type)
@@ -79,7 +77,7 @@ class Pairing:
         self._config, self._guess_config = config, guess_config
 
     def add_target(self, message):
-        """Keep a target cloud, where it can be used; return the pairs it completes."""
+        """Keep a target cloud that can be used; return the pairs it completes."""
         return self._complete() if self._keep_target(self._targets.add, message) else []
 
     def add_source(self, message):
@@ -109,11 +107,7 @@ class Pairing:
         for stream, stamp in self._guesses.stamps(message):
             if self._order.goes_back(stream, stamp):
                 self._forget_after(stamp)
-        try:
-            self._guesses.add(message)
-        except IdemError as error:
-            reason = f'initial guess: {error}'
-            self._refusals.append(Refusal(stamp_ns(message), reason, 'initial_guess'))
+        self._keep_guess(self._guesses.add, message)
         return self._complete()
 
     def reset(self):
@@ -125,7 +119,7 @@ class Pairing:
 
     def add_static_transforms(self, message):
         """Keep a TFMessage of /tf_static; return the pairs it completes."""
-        self._guesses.add_static(message)
+        self._keep_guess(self._guesses.add_static, message)
         return self._complete()
 
     def without_target(self, pair, error):
@@ -264,6 +258,12 @@ class Pairing:
             self._note_target(message, f'target: {error}')
             return False
         return True
+
+    def _keep_guess(self, keep, message):
+        try:
+            keep(message)
+        except IdemError as error:
+            self._refusals.append(Refusal(0, f'initial guess: {error}', 'initial_guess'))
 
     def _note_target(self, message, reason):
         self.refused_targets += 1

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from idem_ros.core.exceptions import IdemError
+from idem_ros.core.exceptions import IdemError, InvalidTransform
 from idem_ros.core.se3 import inverse
 from idem_ros.guesses import DoubtfulGuess, Guess, StampedPoses, pose_at
 from idem_ros.stamps import NotYet
@@ -48,9 +48,21 @@ class TransformTree:
             edge.poses.add(transform)
 
     def add_static(self, message):
-        """Keep the transforms of a TFMessage of /tf_static; they hold for all time."""
+        """Keep the transforms of a TFMessage of /tf_static; they hold for all time.
+
+        Raises:
+            InvalidTransform: some are none; what was known of their frames holds on.
+        """
+        errors = []
         for transform in _edges_of(message):
-            self._edge(transform).static = transform
+            try:
+                matrix_of(transform)
+            except IdemError as error:
+                errors.append(f'{transform.child_frame_id!r} in /tf_static: {error}')
+            else:
+                self._edge(transform).static = transform
+        if errors:
+            raise InvalidTransform('; '.join(errors))
 
     def forget_after(self, stamp):
         """Forget what is later than a stamp [ns]; what is static stays."""

@@ -100,3 +100,11 @@ def test_reset_says_where_nothing_is_to_be_reset(bench):
     answer = bench().start().asked(Trigger, 'reset')
     assert not answer.success
     assert 'initial_guess.type is transform' in answer.message
+
+
+def test_a_pose_that_nobody_listens_to_is_named_with_the_type_that_would(bench):
+    b = bench(guess_class=None)
+    b.other.create_publisher(PoseWithCovarianceStamped, '/initialpose', 10)
+    b.start()
+    hint = '/initialpose is published, which initial_guess.type initial_pose would listen to'
+    b.until(lambda: b.statuses('waiting') and hint in b.statuses('waiting')[-1].message)

@@ -49,6 +49,30 @@ def test_odometry_of_another_frame_is_refused_by_name():
     assert "frame_id 'odom', but the target cloud is in frame 'map'" in refusal.reason
 
 
+def test_a_timeless_guess_that_is_none_is_refused_and_the_one_before_serves_on(pairing):
+    pairing.add_target(cloud(1))
+    pairing.add_guess(guess_message(0, 3.0))
+    bad = guess_message(0, 4.0)
+    bad.transform.translation.x = np.nan
+    pairing.add_guess(bad)
+    (pair,) = pairing.add_source(cloud(LATER))
+    assert x_of(pair) == 3.0
+    (refusal,) = pairing.take_refusals()
+    assert refusal.reason.startswith('initial guess: the transform is not finite')
+
+
+def test_a_static_transform_that_is_none_displaces_none_that_is():
+    pairing = tf_pairing()
+    pairing.add_static_transforms(tf(guess_message(0, 0.5, 'map', 'lidar')))
+    bad = guess_message(0, 1.0, 'map', 'lidar')
+    bad.transform.rotation.w = 0.0
+    pairing.add_static_transforms(tf(bad, guess_message(0, 0.0, 'map', 'odom')))
+    (pair,) = pairing.add_source(cloud(LATER, 'lidar'))
+    assert x_of(pair) == 0.5
+    (refusal,) = pairing.take_refusals()
+    assert refusal.reason.startswith("initial guess: 'lidar' in /tf_static: the quaternion")
+
+
 def test_a_single_pose_of_a_stream_waits_and_names_the_type_it_would_suffice_for():
     pairing = Pairing(guess_config=GuessConfig('pose_with_covariance'))
     pairing.add_target(cloud(1))

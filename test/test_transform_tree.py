@@ -92,11 +92,13 @@ def test_a_transform_too_old_or_unusable_is_refused_by_name(tree):
     moving(tree, (SECOND, 0.0), (9 * SECOND, 1.0))
     with pytest.raises(DoubtfulGuess, match="'lidar' in 'map': .*max_age"):
         pose_of(tree, 5 * SECOND)
-    bad = transform(0, 0.0, 'map', 'lidar')
+    bad = transform(5 * SECOND, 0.0, 'map', 'lidar')
     bad.transform.translation.x = float('nan')
-    tree.add_static(tf(bad))
+    tree.add(tf(bad))
     with pytest.raises(InvalidTransform, match="'lidar' in 'map': .*not finite"):
         pose_of(tree, 5 * SECOND)
+    with pytest.raises(InvalidTransform, match="'lidar' in /tf_static: .*not finite"):
+        tree.add_static(tf(bad))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
-from idem_ros.guesses import GuessConfig
+from idem_ros.guesses import FOLLOWING, GuessConfig
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import Subscriptions, require_messages
@@ -152,9 +152,16 @@ class Inputs:
             names.update(GUESSES)
         if self.are_one and 'target' in names:
             names.add('source')
-        reasons = [why, self._why_time_stands_still(), self._hindrance, *self.unheard]
+        click = self._unheard_click() if 'initial_guess' in names else ''
+        reasons = [why, self._why_time_stands_still(), self._hindrance, click, *self.unheard]
         waits = f'waiting for {missing} ({self.subscriptions.in_words(names)})'
         return '; '.join([waits, *filter(None, reasons)])
+
+    def _unheard_click(self) -> str:
+        topic = self._node.resolve_topic_name(POSE_INPUTS['initial_pose'].name)
+        if self.pairing.guess_type in FOLLOWING or not self._node.count_publishers(topic):
+            return ''
+        return f'{topic} is published, which initial_guess.type initial_pose would listen to'
 
     def _why_time_stands_still(self) -> str:
         clock = self._node.get_clock()

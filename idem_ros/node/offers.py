@@ -95,6 +95,6 @@ def _is(asked, offered, more) -> bool:
 def _type_of(msgtype: str) -> str:
     kinds = [kind for kind, each in STREAMED.items() if each == msgtype]
     if not kinds:
-        return ''
+        return ': remap the topic, or have it converted'
     one = ', or for a single pose to initial_pose' if msgtype == POSE else ''
     return f': set initial_guess.type to {kinds[0]}{one}'
