@@ -7,6 +7,7 @@ from idem_ros.recording.reader import Topic
 from idem_ros.recording.topics import TopicNotFound, Topics, find_topic, find_topics
 
 IMU = 'sensor_msgs/msg/Imu'
+TF = 'tf2_msgs/msg/TFMessage'
 
 
 def recording(**msgtypes):
@@ -90,3 +91,35 @@ def test_a_topic_of_another_type_is_refused():
 def test_a_single_role_can_be_found():
     assert find_topic(recording(__scan=CLOUD), CLOUD, 'source') == '/scan'
     assert find_topic(recording(__scan=CLOUD), CLOUD, 'source', given='scan') == '/scan'
+
+
+def tf_of(*names, **options):
+    clouds = {'/target': CLOUD, '/source': CLOUD, **dict.fromkeys(names, TF)}
+    found = find_topics(
+        Record(path='run.mcap', topics={n: Topic(k, 1) for n, k in clouds.items()}),
+        guess_type='tf',
+        **options,
+    )
+    return found.tf, found.tf_static
+
+
+def test_tf_is_taken_where_it_is_there_whoever_else_has_one():
+    robots = '/tf', '/tf_static', '/robot2/tf', '/robot2/tf_static'
+    assert tf_of(*robots) == (('/tf',), ('/tf_static',))
+    assert tf_of('/robot2/tf', '/robot2/tf_static') == (('/robot2/tf',), ('/robot2/tf_static',))
+    assert tf_of('/robot2/tf', '/tf_static') == (('/robot2/tf',), ('/tf_static',))
+
+
+def test_of_several_topics_of_transforms_one_or_more_are_chosen_by_name():
+    robots = '/a/tf', '/a/tf_static', '/b/tf', '/tf_static'
+    assert tf_of(*robots, tf=['a/tf']) == (('/a/tf',), ('/a/tf_static',))
+    assert tf_of(*robots, tf=['/b/tf']) == (('/b/tf',), ('/tf_static',))
+    assert tf_of(*robots, tf=['/a/tf', '/b/tf'])[0] == ('/a/tf', '/b/tf')
+    with pytest.raises(
+        TopicNotFound, match=r'/a/tf, /b/tf; choose one or several with --tf-topic'
+    ):
+        tf_of(*robots)
+    with pytest.raises(TopicNotFound, match=r"no topic '/c/tf'"):
+        tf_of(*robots, tf=['/c/tf'])
+    with pytest.raises(TopicNotFound, match='with --initial-guess-type tf'):
+        find_topics(recording(__target=CLOUD, __source=CLOUD, __tf=TF), tf=['/tf'])

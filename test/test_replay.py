@@ -8,7 +8,8 @@ from replayed import replayed
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.evaluation.replay import replay
+from idem_ros.evaluation.replay import replay, replay_each
+from idem_ros.evaluation.settings import Settings
 from idem_ros.guesses import GuessConfig
 from idem_ros.pairing import Pairing
 from idem_ros.recording.messages import cloud_message, transform_message, typestore
@@ -227,6 +228,26 @@ def test_guesses_come_from_tf_by_way_of_a_frame_between(tmp_path, messages):
     result = replayed(tmp_path, with_tf, guess=GuessConfig(type='tf'))
     assert (result.topics.tf, result.topics.tf_static) == (('/tf',), ('/tf_static',))
     np.testing.assert_allclose(transforms_of(result), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize('duration', [None, 5.0])
+def test_static_transforms_hold_from_the_beginning_however_late_they_come(
+    tmp_path, messages, duration
+):
+    tf_type = type_named('tf2_msgs/msg/TFMessage')
+    late = messages[-1][1] + 10**10
+    logged = [('/tf_static', late, tf_type([transform_message(np.eye(4), 0, 'base', 'lidar')]))]
+    for topic, log_time, message in messages:
+        if topic == '/initial_guess':
+            message.child_frame_id = 'base'
+            topic, message = '/robot/tf', tf_type([message])
+        logged.append((topic, log_time, message))
+    path = tmp_path / 'late.mcap'
+    write_mcap(path, sorted(logged, key=lambda each: each[1]))
+    settings = Settings(guess=GuessConfig(type='tf'), duration=duration)
+    (result,) = replay_each(path, [settings], tf_topic=['/robot/tf'])
+    assert (len(result.frames), len(result.refused), result.unpaired) == (3, 0, 0)
+    assert (result.topics.tf, result.topics.tf_static) == (('/robot/tf',), ('/tf_static',))
 
 
 def test_a_transform_that_tf_lacks_is_a_refusal_with_the_frames_named(tmp_path, messages):
