@@ -117,7 +117,7 @@ colcon: $(INSTALLED)/.ready
 
 soak: $(READY)
 	$(BIN)/python -m idem_ros.node.soak $(ARGS)
-	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/test_fuzz.py test/test_fuzz_live.py
+	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/test_fuzz.py test/test_fuzz_live.py test/test_fuzz_recordings.py
 
 # an environment that sees the sourced ROS; where there is none, that of the other tests
 ROS_VENV := $(if $(shell command -v ros2),.venv-ros,$(VENV))

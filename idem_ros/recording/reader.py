@@ -126,7 +126,7 @@ def _opened(stack, file, max_chunk, warnings, lost):
             inner = stack.enter_context(inflated_file(file, max_chunk))
         part = stack.enter_context(closing(_part(inner, max_chunk)))
     except (Damaged, TooLarge, OSError) as error:
-        reason = getattr(error, 'strerror', None) or str(error).rstrip('.')
+        reason = getattr(error, 'strerror', None) or _one_line(error).rstrip('.')
         raise UnreadableRecording(f'{file} cannot be read: {reason}') from error
     part.path = file
     size, total = inner.stat().st_size, sum(part.counts.values())
@@ -208,7 +208,7 @@ def _decoded(part, topics, recording):
             yield channel.topic, log_time, message
             count += 1
     except IdemError as error:
-        reason = str(error)
+        reason = _one_line(error)
     left_out = part.left_out[before:]
     recording.lost['chunks_left_out'] += len(left_out)
     if count < total or left_out:
