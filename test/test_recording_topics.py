@@ -2,6 +2,7 @@ from types import SimpleNamespace as Record
 
 import pytest
 
+from idem_ros.guesses import POSE
 from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.reader import Topic
 from idem_ros.recording.topics import TopicNotFound, Topics, find_topic, find_topics
@@ -53,6 +54,18 @@ def test_what_is_given_needs_no_leading_slash_and_gives_the_name_in_the_recordin
         recording(cloud_1=CLOUD, __cloud_3=CLOUD, cloud_2=CLOUD), 'cloud_3', '/cloud_1'
     )
     assert (found.target, found.source) == ('/cloud_3', 'cloud_1')
+
+
+def test_poses_to_start_from_are_found_by_name_or_given():
+    clouds = {'__target': CLOUD, '__source': CLOUD}
+    both = recording(**clouds, __robot__initialpose=POSE, __amcl_pose=POSE)
+    assert find_topics(both, guess_type='initial_pose').initial_pose == '/robot/initialpose'
+    assert find_topics(both, guess_type='last').initial_pose == '/robot/initialpose'
+    assert find_topics(both).initial_pose is None
+    given = find_topics(both, guess='amcl_pose', guess_type='initial_pose')
+    assert (given.initial_pose, given.guess) == ('/amcl_pose', None)
+    with pytest.raises(TopicNotFound, match='no topics named initialpose .*/amcl_pose; choose'):
+        find_topics(recording(**clouds, __amcl_pose=POSE), guess_type='initial_pose')
 
 
 def test_an_open_choice_lists_the_candidates_and_the_option():

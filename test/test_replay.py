@@ -17,6 +17,7 @@ from idem_ros.recording.reader import UnreadableRecording
 from idem_ros.recording.topics import TopicNotFound
 from idem_ros.recording.writer import write_mcap
 from idem_ros.refinement import Refiner
+from idem_ros.transform_message import matrix_of
 
 ROLES = {'/target': 'add_target', '/source': 'add_source', '/initial_guess': 'add_guess'}
 
@@ -288,6 +289,19 @@ def test_the_last_result_begins_anew_with_the_first_guess_that_comes(tmp_path, m
     np.testing.assert_array_equal(before.T_guess, np.eye(4))  # a guess follows its source here
     np.testing.assert_array_equal(first.T_guess, given)
     np.testing.assert_array_equal(last.T_guess, first.result.T_target_source)
+
+
+@pytest.mark.parametrize('kind', ['initial_pose', 'last'])
+def test_the_last_result_begins_with_the_pose_of_rviz(tmp_path, messages, kind):
+    guesses = [message for topic, _, message in messages if topic == '/initial_guess']
+    pose = pose_with_covariance(guesses[0])
+    clouds = [each for each in messages if each[0] in ('/target', '/source')]
+    clicked = [clouds[0], ('/initialpose', clouds[0][1] + 1, pose), *clouds[1:]]
+    result = replayed(tmp_path, clicked, guess=GuessConfig(type=kind))
+    np.testing.assert_allclose(
+        result.frames[0].refinement.T_guess, matrix_of(guesses[0]), atol=1e-12
+    )
+    assert result.topics.initial_pose == '/initialpose'
 
 
 def test_a_recording_whose_clock_goes_back_says_so(tmp_path, messages):

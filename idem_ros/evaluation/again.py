@@ -46,6 +46,8 @@ def settings_of(result):
     topics = {f'{role}_topic': made_by['topics'].get(role) for role in roles}
     if settings.guess.type == 'tf' and not settings.sequence:
         topics['tf_topic'] = made_by['topics'].get('tf')
+    if settings.guess.type == 'initial_pose' and not settings.sequence:
+        topics['guess_topic'] = made_by['topics'].get('initial_pose')
     return settings, topics
 
 
