@@ -15,8 +15,8 @@ def plane(rng, sigma):
 
 def test_covariances_are_those_of_the_members(rng):
     cloud = Cloud(rng.random((200, 3)))
-    own = neighbourhoods([cloud], 0.4, 0.4)[0]
-    for p, moments in zip(own.grid.points[:10], own.unit_own, strict=False):
+    own = neighbourhoods([cloud], 0.4)[0]
+    for p, moments in zip(own.grid.points[:10], own.own, strict=False):
         expected = np.cov(naive.ball(cloud.points, p, 0.4).T, bias=True)
         np.testing.assert_allclose(
             naive.symmetric(covariance(tuple(moments))), expected, atol=1e-12

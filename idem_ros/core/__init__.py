@@ -9,8 +9,11 @@ from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, Inv
 _LOADED_LATER = {
     'Cloud': 'cloud',
     'Assessment': 'assessment',
-    'RegistrationResult': 'registration',
+    'RegistrationResult': 'result',
     'Status': 'status',
+    'Termination': 'newton',
+    'SolverTuning': 'tuning',
+    'TrustTuning': 'tuning',
     'Verdict': 'assessment',
     'fourth_neighbor_distance': 'metric',
     'q_per_point': 'metric',

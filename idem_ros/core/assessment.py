@@ -6,22 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core import joint_cloud, se3
+from idem_ros.core import se3
 from idem_ros.core.basin import gauge
-from idem_ros.core.contrast import contrasts_of_each
+from idem_ros.core.contrast import contrast_along
 from idem_ros.core.covariance import by_region, covariance_of
-from idem_ros.core.joint_entropy import JointEntropy
+from idem_ros.core.newton import Termination, newton_step
 from idem_ros.core.noise import quantile, share_of_sheets
-from idem_ros.core.solver import newton_step
-from idem_ros.core.stages import LEAST_POINTS, descend
-from idem_ros.core.status import Status
+from idem_ros.core.pair import LEAST_POINTS
 from idem_ros.core.verdict_model import probability
 from idem_ros.core.words import free_in_words
 
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
-LEAST_OVERLAP = 0.05  # of the points: below, a verdict speaks of too little of the clouds
-CREDIBLE = 0.5
-LEAST_MEETING = 100  # points of each cloud: fewer agree at many poses, by chance
+LEAST_PROBABILITY = 0.5
 # Scans of LiDARs as given have 0.5 and more, at voxels 0.7; where rings lie apart, below 0.2.
 LEAST_SHEETS = 1 / 3
 NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
@@ -64,67 +60,50 @@ class Assessment:
     swap_gap: float = np.nan
 
 
-class Solve(NamedTuple):
-    """What a solve knows of the pose that it ended at."""
+class Agreement(NamedTuple):
+    """How the clouds agree at a pose, point by point; lengths over the radius."""
 
-    status: Status
-    credibility: float
-    first: JointEntropy  # of its first stage
-    T_guess: np.ndarray  # (4, 4), between the clouds' origins
+    q: np.ndarray  # (N + M,): q_i (Eq. 7) of the target's and of the source's points
+    reach: np.ndarray  # (N + M,): points of the other cloud in reach
+    meeting: int  # points of a cloud that have one, at the least
+    overlap: float  # share of all points that have one
 
 
-def judged(joint, differences, T, hold, overlap, origin, solve):
-    """Return the `Assessment` of a pose.
+def assess(pair, descent, T_guess, agreement, observability):
+    """Return the `Assessment` of the pose that a `Descent` ended at.
 
     Args:
-        joint: `JointEntropy` at the last radius.
-        differences: its `per_point` there.
-        T: (4, 4) the pose, between the clouds' origins.
-        hold: its `Hold` there.
-        overlap: share of the points that have a neighbour in the other cloud.
-        origin: (3,) of the source cloud in the source frame.
-        solve: the `Solve` that ended there.
+        pair: the `Pair` of clouds.
+        descent: the `Descent` through its stages.
+        T_guess: (4, 4) that it started from, between the clouds' origins.
+        agreement: the `Agreement` where it ended.
+        observability: the `Observability` there.
     """
-    if overlap == 0.0:
-        reason = f'no point has a neighbour in the other cloud within {joint.radius:.3g}'
+    cost, T = descent.cost, descent.solution.transform
+    balls, trust = cost.balls, pair.trust
+    if agreement.overlap == 0.0:
+        reason = f'no point has a neighbour in the other cloud within {balls.radius:.3g}'
         return Assessment(Verdict.SEPARATED, 0.0, reason)
-    differences = _over_radius(joint, differences, T)
-    pulls, stiffness = by_region(joint, T, hold)
+    pulls, stiffness = by_region(cost, T, observability)
     seen = {
-        'discord': _discord(differences),
-        'contrast': _least_contrast(joint, T, hold, differences),
-        'step': _step(hold, pulls.sum(axis=0), stiffness.sum(axis=0)) / joint.radius,
+        'discord': _discord(agreement),
+        'contrast': _least_contrast(balls, T, observability),
+        'step': _step(observability, pulls.sum(axis=0), stiffness.sum(axis=0)) / balls.radius,
     }
-    meeting = min(int(np.count_nonzero(reach)) for _, reach in differences)
-    audited = solve.status is Status.AUDITED
-    lacking = _lacking(joint, hold)
-    enough = overlap >= LEAST_OVERLAP and meeting >= LEAST_MEETING and not lacking
-    p = float(probability(**seen)) if enough else np.nan
-    free = free_in_words(hold, T[:3, :3])
-    covariance = covariance_of(joint, T, hold, pulls, stiffness)
-    position = T[:3, 3] - T[:3, :3] @ origin
+    lacking = _lacking(agreement, balls, observability, trust)
+    p = np.nan if lacking else float(probability(**seen))
+    free = free_in_words(observability, T[:3, :3])
+    covariance = covariance_of(cost, T, observability, pulls, stiffness)
+    covariance *= trust.jumps if pair.sampling.jumps else 1.0
+    position = T[:3, 3] - T[:3, :3] @ pair.source.origin
     return Assessment(
-        *_verdict(p, seen, overlap, meeting, lacking, free, solve),
+        *_verdict(p, seen, lacking, free, descent),
         free=free,
         covariance=_of_pose(covariance, position),
-        overlap=overlap,
-        basin=np.nan if audited else float(gauge(solve.first, T, solve.T_guess)),
+        overlap=agreement.overlap,
+        basin=_basin(descent, T_guess),
         **seen,
     )
-
-
-def swap_gap(prepared, T_guess, T, hold):
-    """Return how far from a result the registration of target to source ends.
-
-    Both minimise the same, from the same guess: a gap is an alarm. As the surfaces move, in the
-    clouds' unit; nan where a motion is free: each way has its own idea of it.
-    """
-    if hold.free.any():
-        return np.nan
-    swapped = prepared._replace(clouds=prepared.clouds[::-1], ours=prepared.ours[::-1])
-    back = descend(swapped, se3.inverse(T_guess)).solution.transform
-    off = np.linalg.solve(hold.units, se3.log(T @ back))
-    return float(np.linalg.norm(off))
 
 
 def too_little(target, source):
@@ -135,80 +114,89 @@ def too_little(target, source):
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 
-def _over_radius(joint, differences, T):
-    """Return what `per_point` does of lengths over the radius, whatever was minimised."""
-    if joint.scale == joint.radius:
-        return differences
-    sides = joint.target, joint.source
-    points = (side.grid.points for side in sides)
-    found = joint_cloud.differences(*points, T, joint.radius, joint.radius)
-    return [
-        of_cells[:, np.argsort(side.order)] for side, of_cells in zip(sides, found, strict=True)
-    ]
+def out_of_time():
+    """Return the `Assessment` of a pose that there was no time to judge."""
+    return Assessment(Verdict.NOT_CONVERGED, np.nan, 'the budget was spent before it was judged')
 
 
-def _discord(differences):
+def _discord(agreement):
     """Return the q_i (Eq. 7) that a tenth of the points that meet exceed, lengths over the radius.
 
     Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
     """
-    meeting = np.concatenate([q[reach > 0.0] for q, reach in differences])
-    return quantile(meeting, TENTH)
+    return quantile(agreement.q[agreement.reach > 0.0], TENTH)
 
 
-def _least_contrast(joint, T, hold, differences):
-    """Return the least rise of q_mean where surfaces that hold a motion move by a radius."""
-    held = [hold.held_by(k) for k in np.flatnonzero(~hold.free)]
-    if not held:
-        return 0.0
-    motions, holders = zip(*held, strict=True)
-    q = [q for q, _ in differences]
-    return float(contrasts_of_each(joint, T, np.transpose(motions), holders, q, HOLDERS).min())
+def _least_contrast(balls, T, observability):
+    """Return the least rise of q_mean where surfaces that determine a motion move by a radius."""
+    of_each = (observability.determined_by(k) for k in np.flatnonzero(observability.observable))
+    rises = [contrast_along(balls, T, *motion, HOLDERS) for motion in of_each]
+    return min(rises, default=0.0)
 
 
-def _step(hold, gradient, matrix):
+def _step(observability, gradient, matrix):
     """Return how far the next step along the motions held would move the surfaces."""
-    held = hold.motions[:, ~hold.free]
+    held = observability.held
     along, _ = newton_step(held.T @ matrix @ held, held.T @ gradient)
     return float(np.linalg.norm(along))
 
 
-def _lacking(joint, hold):
-    """Say what keeps the clouds from telling a surface; empty where nothing does."""
-    if not len(hold.along):
-        return 'no ball of points is dense enough to tell a surface by'
-    sides = joint.target, joint.source
-    if max(share_of_sheets(side.unit_own) for side in sides) < LEAST_SHEETS:
-        return 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
-    return ''
+def _lacking(agreement, balls, observability, trust):
+    """Return verdict, reason, whether a free motion says more; None where the clouds can tell."""
+    if agreement.overlap < trust.least_overlap:
+        share = f'{agreement.overlap:.1%} of the points have a neighbour in the other cloud'
+        return Verdict.LOW_OVERLAP, share, False
+    if agreement.meeting < trust.least_meeting:
+        few = (
+            f'{agreement.meeting} points of a cloud have a neighbour in the other, '
+            f'{trust.least_meeting} must'
+        )
+        return Verdict.NOT_CONVERGED, few, False
+    if not len(observability.along):
+        reason = 'no ball of points is dense enough to tell a surface by'
+        return Verdict.NOT_CONVERGED, reason, True
+    if max(share_of_sheets(cloud.own) for cloud in balls.clouds) < LEAST_SHEETS:
+        rings = 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
+        return Verdict.NOT_CONVERGED, rings, True
+    return None
 
 
-def _verdict(p, seen, overlap, meeting, lacking, free, solve):
+def _verdict(p, seen, lacking, free, descent):
     """Return the verdict, the probability and the reason."""
-    discord, contrast, step = seen['discord'], seen['contrast'], seen['step']
-    if overlap < LEAST_OVERLAP:
-        share = f'{overlap:.1%} of the points have a neighbour in the other cloud'
-        return Verdict.LOW_OVERLAP, p, share
-    if meeting < LEAST_MEETING:
-        few = f'{meeting} points of a cloud have a neighbour in the other, {LEAST_MEETING} must'
-        return Verdict.NOT_CONVERGED, p, few
-    if lacking and not free:
-        return Verdict.NOT_CONVERGED, p, lacking
-    if p < CREDIBLE:
-        if solve.credibility < CREDIBLE:
-            return Verdict.OUTSIDE_BASIN, p, 'the coarse stages found no valley around the guess'
-        if contrast < 0.0:
-            reason = f'a radius away the clouds agree better, by {-contrast:.2g} nat a point'
-            return Verdict.MISALIGNED, p, reason
-        if probability(discord, contrast, step=0.0) < CREDIBLE:
-            reason = f'a tenth of the points that meet disagree by {discord:.2g} nat or more'
-            return Verdict.MISALIGNED, p, reason
-        return Verdict.MISALIGNED, p, f'the minimum is {step:.2g} radii away, or more'
+    if lacking:
+        verdict, reason, gives_way = lacking
+        if not (gives_way and free):
+            return verdict, p, reason
+    if p < LEAST_PROBABILITY:
+        if descent.confidence < LEAST_PROBABILITY:
+            reason = 'the coarse stages found no valley around the guess'
+            return Verdict.OUTSIDE_BASIN, p, reason
+        return Verdict.MISALIGNED, p, _misaligned(**seen)
+    ended = descent.solution.termination
+    # Late, motions that nothing determines have not yet been put back to where they were guessed.
+    if ended is Termination.LATE or (ended is Termination.MAX_ITERATIONS and not free):
+        reason = f'the solver stopped early: {ended.value}'
+        return Verdict.NOT_CONVERGED, p, reason
     if free:
         return Verdict.DEGENERATE, p, f'{free} of the source frame'
-    if solve.status in (Status.MAX_ITERATIONS, Status.LATE):
-        return Verdict.NOT_CONVERGED, p, f'the solver stopped early: {solve.status.value}'
-    return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {step:.1g} radii'
+    return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {seen["step"]:.1g} radii'
+
+
+def _basin(descent, T_guess):
+    """Return where the guess was in the basin; nan where nothing was solved."""
+    if descent.solution.termination is Termination.NOT_STARTED:
+        return np.nan
+    balls = descent.first or descent.cost.balls
+    return float(gauge(balls, descent.solution.transform, T_guess))
+
+
+def _misaligned(discord, contrast, step):
+    """Return why a pose is taken to be wrong."""
+    if contrast < 0.0:
+        return f'a radius away the clouds agree better, by {-contrast:.2g} nat a point'
+    if probability(discord, contrast, step=0.0) < LEAST_PROBABILITY:
+        return f'a tenth of the points that meet disagree by {discord:.2g} nat or more'
+    return f'the minimum is {step:.2g} radii away, or more'
 
 
 def _of_pose(covariance, position):

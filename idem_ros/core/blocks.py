@@ -1,42 +1,79 @@
-"""Run a kernel over blocks of points, in as many threads as are allowed.
+"""Run a kernel over blocks of points, in as many threads, and for as long, as are allowed.
 
-The blocks are the same whatever the number of threads, so results are too, to the bit.
+Nothing is added up across blocks whose size depends on the workers: results are the same, to the
+bit, for any number of threads.
 """
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from time import perf_counter
+from typing import NamedTuple
 
 BLOCK = 2048
 
 
-def in_blocks(n, threads, call):
+class OutOfTime(Exception):
+    """The deadline passed between two blocks; what they were for is not known."""
+
+
+class Workers(NamedTuple):
+    """How many threads share the blocks, and until when."""
+
+    threads: int = 1
+    deadline: float = math.inf  # of perf_counter [s]
+
+    def are_late(self):
+        """Whether the deadline has passed."""
+        return perf_counter() > self.deadline
+
+
+ALONE = Workers()
+
+
+def in_blocks(n, workers, call):
     """Return [call(begin, end), ...] over blocks of n points, in their order."""
-    return in_threads(threads, lambda span: call(*span), spans(n))
+    return in_threads(workers, lambda span: call(*span), spans(n, workers))
 
 
-def spans(n):
-    """Return (begin, end) of the blocks of n points."""
-    return [(begin, min(begin + BLOCK, n)) for begin in range(0, n, BLOCK)]
+def spans(n, workers):
+    """Return (begin, end) of the blocks of n points; one, for one worker that has no deadline."""
+    block = n if workers == ALONE else BLOCK
+    return [(begin, min(begin + block, n)) for begin in range(0, n, block)]
 
 
-def in_threads(threads, call, items):
+def in_threads(workers, call, items):
     """Return [call(item), ...]; the calls must not come back here, or they wait for themselves.
 
     This thread takes its share: to hand an item over costs as much as a small block.
+
+    Raises:
+        OutOfTime: the deadline passed before the last item.
     """
-    threads = min(threads, len(items))
-    if threads <= 1:
-        return [call(item) for item in items]
+    threads = min(workers.threads, len(items))
 
     def share(k):
         """Return the results of the k-th thread's items."""
-        return [call(item) for item in items[k::threads]]
+        results = []
+        for item in items[k::threads]:
+            if workers.are_late():
+                raise OutOfTime
+            results.append(call(item))
+        return results
 
+    if threads <= 1:
+        threads = 1
+        return share(0)
     others = [_pool(threads - 1).submit(share, k) for k in range(1, threads)]
     results = [None] * len(items)
-    results[::threads] = share(0)
-    for k, other in enumerate(others, 1):
-        results[k::threads] = other.result()
+    try:
+        results[::threads] = share(0)
+    finally:
+        shares = [other.exception() or other.result() for other in others]
+    for k, found in enumerate(shares, 1):
+        if isinstance(found, BaseException):
+            raise found
+        results[k::threads] = found
     return results
 
 

@@ -34,27 +34,27 @@ class CandidatePairs(NamedTuple):
     box: tuple[np.ndarray, np.ndarray]  # lowest and highest coordinates (3,) of the source
 
 
-def candidate_pairs(target, source, T_target_source, reach, threads=1):
+def candidate_pairs(target, source, T_target_source, reach, workers):
     """Enumerate all pairs of two grids within reach, which is at most a cell of either."""
     if len(source.points) <= len(target.points):
         of_source = _candidates(
-            source.points, target, se3.inverse(T_target_source), reach, threads
+            source.points, target, se3.inverse(T_target_source), reach, workers
         )
         of_target = Candidates(*_transposed(*of_source, len(target.points)))
     else:
-        of_target = _candidates(target.points, source, T_target_source, reach, threads)
+        of_target = _candidates(target.points, source, T_target_source, reach, workers)
         of_source = Candidates(*_transposed(*of_target, len(source.points)))
     return CandidatePairs(of_target, of_source, T_target_source, bounds(source.points))
 
 
-def _candidates(points, grid, T_points_grid, reach, threads):
+def _candidates(points, grid, T_points_grid, reach, workers):
     R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
 
     def enumerate_block(begin, end):
         """Return the candidates of a block of points, as those of a cloud."""
         return _enumerate(points[begin:end], R, t, grid, reach**2)
 
-    blocks = in_blocks(len(points), threads, enumerate_block)
+    blocks = in_blocks(len(points), workers, enumerate_block)
     if len(blocks) == 1:
         return Candidates(*blocks[0])
     ends = np.cumsum([first[-1] for first, _ in blocks])

@@ -1,51 +1,58 @@
 """A cloud prepared for the metric: what a rigid motion leaves alone, computed once and kept."""
 
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.blocks import in_threads, spans
+from idem_ros.core.blocks import ALONE, in_threads, spans
 from idem_ros.core.candidates import SKIN
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
-from idem_ros.core.grid import Grid, build_grid
+from idem_ros.core.grid import Grid, bounds, build_grid
 from idem_ros.core.jit import kernel
-from idem_ros.core.moments import TIE, own_moments
+from idem_ros.core.moments import AS_MEASURED, TIE, own_moments
 from idem_ros.core.noise import SAMPLE, thickness_and_members
 from idem_ros.core.voxels import reduce_to_voxels
 
-KEPT = 8  # results kept of each kind: enough for two schedules of four stages
+KEPT = 8  # results of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
 FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
-MIDDLE_SAMPLE = 64  # points, about, that the middle of a cloud is taken from
 FINEST = 2.0**24  # voxels from the middle outwards: float32 tells no finer ones apart
-UNIT = np.empty((0, 7))  # raw moments of points that stand for themselves
+MIDDLE_SAMPLE = 64  # points, about, that the middle of a cloud is taken from
 
 
-class Neighbourhoods(NamedTuple):
-    """A cloud's points in the order of their cells, each with the moments of its own ball."""
+class Cells(NamedTuple):
+    """A cloud's points in the order of the cells they lie in."""
 
     grid: Grid
     order: np.ndarray  # (N,): grid.points = points[order]
-    raw: np.ndarray  # (N, 7) or (0, 7), in the same order
-    unit_own: np.ndarray  # (N, 10): k, sum d, sum d d^T of the points
-    raw_own: np.ndarray  # (N, 10): of the raw points that they stand for
-    entropy: np.ndarray  # (N,): h of Eq. 4, of the points
+    weights: np.ndarray  # (N, 7) or (1, 7): weight and scatter, in the same order
+
+
+class Neighbourhoods(NamedTuple):
+    """The same, each with the moments of the ball around it in its own cloud."""
+
+    grid: Grid
+    order: np.ndarray
+    weights: np.ndarray
+    own: np.ndarray  # (N, 10)
 
 
 class Cloud:
-    """Points to register, with their own moments kept between calls.
+    """Points to register, with what belongs to them alone kept between calls.
 
     A target that does not change is made a `Cloud` once: later calls then cost nothing for it.
+    Threads may share one: nothing of it can be written, and what is kept is kept once.
 
     Args:
         points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
             not finite, masked, or beyond 1e12, count in `dropped` and are left out of everything.
 
     Attributes:
-        points: (K, 3) those that are left, minus `origin`.
-        origin: (3,) the middle of the cloud.
-        finite: (N,) bool: which of those given are left.
+        points: (K, 3) those that are left, minus `origin`; read-only.
+        origin: (3,) the middle of the cloud; read-only.
+        finite: (N,) bool: which of those given are left; read-only.
         dropped: how many are not.
 
     Raises:
@@ -53,97 +60,79 @@ class Cloud:
     """
 
     def __init__(self, points):
-        points = _checked_points(points)
-        # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel.
-        self.origin, self.finite, kept = _centred(points)
-        self.dropped = len(points) - len(kept)
-        if len(kept) == 0:
-            raise InvalidCloud(
-                f'the cloud has {len(points)} points and none is finite; at least one must be'
-            )
-        self._init_from(kept, UNIT)
+        self._init(*_centred_points(points), AS_MEASURED, KEPT)
 
-    def _init_from(self, points, raw):
-        self.points, self.raw = points, raw
-        self._fourth_neighbor_distance = {}
-        self._cells = {}
-        self._neighbourhoods = {}
-        self._reduced = {}
-        self._thickness = {}
+    @classmethod
+    def for_one_call(cls, points):
+        """Return a cloud that keeps the latest result of each kind only: nobody else will ask."""
+        cloud = cls.__new__(cls)
+        cloud._init(*_centred_points(points), AS_MEASURED, 1)
+        return cloud
+
+    def _init(self, origin, finite, points, weights, kept):
+        # Kernels take the arrays themselves: of read-only ones each would be compiled once more.
+        self._points, self._weights = points, weights
+        self.points, self.origin, self.finite = map(_read_only, (points, origin, finite))
+        self.dropped = len(finite) - len(points)
+        self._kept = _Kept(kept)
 
     def __len__(self):
-        return len(self.points)
+        return len(self._points)
 
     def __repr__(self):
         return f'Cloud({len(self)} points)'
+
+    @property
+    def is_reduced(self):
+        """Whether the points are means of voxels, and stand for others."""
+        return self._weights is not AS_MEASURED
+
+    def bounds(self):
+        """Return the lowest and highest coordinates (3,), minus `origin`; computed once."""
+        return self._kept.get('bounds', None, lambda: bounds(self._points))
 
     def fourth_neighbor_distance(self, most=None):
         """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.
 
         Of every point, or of every n-th, at least `most` of them; computed once.
         """
-        if most not in self._fourth_neighbor_distance:
-            if len(self) < 5:
-                raise InvalidCloud(
-                    f'a cloud of {len(self)} points has no fourth neighbour; '
-                    'give a radius, or at least 5 points'
-                )
-            distance = mean_fourth_neighbor_distance(self.points, most)
-            self._fourth_neighbor_distance[most] = distance
-        return self._fourth_neighbor_distance[most]
+        if len(self) < 5:
+            raise InvalidCloud(
+                f'a cloud of {len(self)} points has no fourth neighbour; '
+                'give a radius, or at least 5 points'
+            )
+        return self._kept.get(
+            'spacing', most, lambda: mean_fourth_neighbor_distance(self._points, most)
+        )
 
     def thickness(self, radius):
-        """Return how thick surfaces are in balls of a radius, and their members; computed once.
+        """Return how thick surfaces are in balls of a radius, and their members' weight.
 
-        Of a sample of the points.
+        Of a sample of the points; computed once.
         """
-        if radius not in self._thickness:
-            grid, _, raw = self.in_cells(radius)
-            stride = max(len(self) // SAMPLE, 1)
-            n = -(-len(self) // stride)
-            unit_own, raw_own, entropy = np.empty((n, 10)), np.empty((n, 10)), np.empty(n)
-            out = (unit_own, raw_own, entropy)
-            own_moments(grid, raw, radius * radius * TIE, radius, 0, n, stride, *out)
-            found = thickness_and_members(raw_own if len(raw) else unit_own)
-            _keep(self._thickness, radius, found)
-        return self._thickness[radius]
+        return self._kept.get('thickness', radius, lambda: self._thickness(radius))
+
+    def _thickness(self, radius):
+        cells = self.in_cells(radius)
+        stride = max(len(self) // SAMPLE, 1)
+        own = np.empty((-(-len(self) // stride), 10))
+        own_moments(cells.grid, cells.weights, radius * radius * TIE, 0, len(own), stride, own)
+        return thickness_and_members(own)
 
     def in_cells(self, radius):
-        """Return a grid for balls up to a radius and its skin, its order, and the raw moments.
+        """Return the `Cells` for balls up to a radius and its skin; sorted once."""
+        return self._kept.get('cells', radius, lambda: self._in_cells(radius))
 
-        Sorted once and kept; raw (N, 7) or (0, 7) is in the grid's order.
-        """
-        if radius not in self._cells:
-            grid, order = build_grid(self.points, radius * (1.0 + SKIN) * CELL_MARGIN)
-            raw = self.raw.take(order, axis=0) if len(self.raw) else UNIT
-            _keep(self._cells, radius, (grid, order, raw))
-        return self._cells[radius]
-
-    def forget(self, radius):
-        """Let go of the cells at a radius that no stage uses."""
-        self._cells.pop(radius, None)
-
-    def forget_reduced(self):
-        """Let go of the coarser clouds: nobody can ask for them again."""
-        self._reduced.clear()
+    def _in_cells(self, radius):
+        grid, order = build_grid(self._points, radius * (1.0 + SKIN) * CELL_MARGIN)
+        weights = self._weights.take(order, axis=0) if self.is_reduced else self._weights
+        return Cells(grid, order, weights)
 
     def crowding(self, radius):
-        """Return how many points share the cell of a point, on average, in cells of the radius."""
-        grid, _ = build_grid(self.points, radius)
-        return float(np.sum(np.diff(grid.start).astype(np.float64) ** 2) / len(self))
-
-    def reduced(self, voxel_size):
-        """Return the cloud of voxel means, in this frame and with this origin; computed once.
-
-        Each mean knows the moments of the points that it stands for.
-        """
-        if voxel_size not in self._reduced:
-            cloud = Cloud.__new__(Cloud)
-            mean, raw = reduce_to_voxels(self.points, self.raw, voxel_size)
-            cloud.origin, cloud.finite, cloud.dropped = self.origin, np.ones(len(mean), bool), 0
-            cloud._init_from(mean, raw)
-            _keep(self._reduced, voxel_size, cloud)
-        return self._reduced[voxel_size]
+        """Return how many points share the cell of a point, on average; see `in_cells`."""
+        in_cell = np.diff(self.in_cells(radius).grid.start)
+        in_cell = in_cell[in_cell > 0].astype(np.float64)
+        return float(in_cell @ in_cell / len(self))
 
     def require_resolved(self, voxel_size):
         """Refuse voxels finer than single precision resolves the cloud's extent.
@@ -152,7 +141,7 @@ class Cloud:
             InvalidConfig: it says how large they must be.
         """
         # half of the points: a stray, however far, says nothing of the extent
-        sample = self.points[:: max(len(self) // MIDDLE_SAMPLE, 1)]
+        sample = self._points[:: max(len(self) // MIDDLE_SAMPLE, 1)]
         extent = float(np.median(np.abs(sample).max(axis=1)))
         if extent / voxel_size > FINEST:
             raise InvalidConfig(
@@ -160,43 +149,96 @@ class Cloud:
                 f'middle: it must be {extent / FINEST:.1g} at least, or none'
             )
 
+    def reduced(self, voxel_size):
+        """Return the cloud of voxel means, in this frame and with this origin; computed once.
 
-def neighbourhoods(clouds, radius, scale, threads=1):
-    """Return each cloud's own moments and entropies at a radius, of lengths over a scale.
+        Each mean has the weight and the scatter of the points that it stands for.
+        """
+        return self._kept.get('reduced', voxel_size, lambda: self._reduced(voxel_size))
 
-    Computed once and kept with the cloud. Its grid serves balls up to the radius and its skin.
+    def _reduced(self, voxel_size):
+        cloud = Cloud.__new__(Cloud)
+        mean, weights = reduce_to_voxels(self._points, self._weights, voxel_size)
+        cloud._init(self.origin, np.ones(len(mean), bool), mean, weights, self._kept.most)
+        return cloud
+
+
+class _Kept:
+    """Results of a cloud by kind and key, the latest few of each kind: all that is kept."""
+
+    def __init__(self, most):
+        self.most = most
+        self._found = {}
+        self._lock = Lock()
+
+    def get(self, kind, key, make):
+        """Return what was kept, or what make returns: made outside the lock, to the same bits."""
+        with self._lock:
+            of_kind = self._found.setdefault(kind, {})
+            if key in of_kind:
+                return of_kind[key]
+        value = make()
+        with self._lock:
+            value = of_kind.setdefault(key, value)
+            while len(of_kind) > self.most:
+                of_kind.pop(next(iter(of_kind)))
+        return value
+
+    def has(self, kind, key):
+        """Whether it is kept."""
+        with self._lock:
+            return key in self._found.get(kind, {})
+
+
+def neighbourhoods(clouds, radius, workers=ALONE):
+    """Return the `Neighbourhoods` of each cloud at a radius; computed once and kept with it.
+
+    Raises:
+        OutOfTime: the workers are late.
     """
-    key = (radius, scale)
-    new = [cloud for cloud in dict.fromkeys(clouds) if key not in cloud._neighbourhoods]
-    found = in_threads(threads, lambda cloud: _unfilled(cloud, radius), new)
-    blocks = [(own, *span) for own in found for span in spans(len(own.order))]
-    in_threads(threads, lambda block: _fill(*block, radius * radius * TIE, scale), blocks)
-    for cloud, own in zip(new, found, strict=True):
-        _keep(cloud._neighbourhoods, key, own)
-    return [cloud._neighbourhoods[key] for cloud in clouds]
+    new = [c for c in dict.fromkeys(clouds) if not c._kept.has('neighbourhoods', radius)]
+    cells = in_threads(workers, lambda cloud: cloud.in_cells(radius), new)
+    found = [Neighbourhoods(*each, np.empty((len(each.order), 10))) for each in cells]
+    blocks = [(own, *span) for own in found for span in spans(len(own.order), workers)]
 
+    def fill(block):
+        """Fill the moments of a block of points."""
+        of, begin, end = block
+        own_moments(of.grid, of.weights, radius * radius * TIE, begin, end, 1, of.own)
 
-def _unfilled(cloud, radius):
-    grid, order, raw = cloud.in_cells(radius)
-    unit_own, entropy = np.empty((len(cloud), 10)), np.empty(len(cloud))
-    raw_own = np.empty((len(cloud), 10)) if len(raw) else unit_own
-    return Neighbourhoods(grid, order, raw, unit_own, raw_own, entropy)
+    in_threads(workers, fill, blocks)
+    made = dict(zip(new, found, strict=True))
 
+    def kept(cloud):
+        """Return a cloud's; anew where it was let go of since it was looked up."""
+        get = cloud._kept.get
+        return get(
+            'neighbourhoods', radius, lambda: made.get(cloud) or neighbourhoods([cloud], radius)[0]
+        )
 
-def _fill(own, begin, end, r2, scale):
-    out = (own.unit_own, own.raw_own, own.entropy)
-    own_moments(own.grid, own.raw, r2, scale, begin, end, 1, *out)
+    return [kept(cloud) for cloud in clouds]
 
 
 def as_cloud(points):
-    """Return a `Cloud` as it is, and anything else made into one."""
-    return points if isinstance(points, Cloud) else Cloud(points)
+    """Return a `Cloud` as it is, and anything else made into one, for one call."""
+    return points if isinstance(points, Cloud) else Cloud.for_one_call(points)
 
 
-def _keep(kept, key, value):
-    while len(kept) >= KEPT:
-        kept.pop(next(iter(kept)))
-    kept[key] = value
+def _read_only(array):
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _centred_points(points):
+    points = _checked_points(points)
+    # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel.
+    origin, finite, kept = _centred(points)
+    if len(kept) == 0:
+        raise InvalidCloud(
+            f'the cloud has {len(points)} points and none is finite; at least one must be'
+        )
+    return origin, finite, kept
 
 
 def _checked_points(points):

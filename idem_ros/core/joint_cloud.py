@@ -3,9 +3,10 @@
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.entropy import entropy
 from idem_ros.core.grid import bounds, build_grid, cell_of, room_for, rows_around, within
 from idem_ros.core.jit import kernel
-from idem_ros.core.moments import TIE, entropy, plus, row_of
+from idem_ros.core.moments import TIE, plus, row_of
 
 MARGIN = 1.0 + 1e-9
 
@@ -23,37 +24,46 @@ def differences(target, source, T_target_source, radius, scale):
     Returns:
         (q, reach) of the target, (2, N), and of the source, (2, M).
     """
-    clouds = (target, se3.transform_points(T_target_source, source))
-    found = [np.zeros((2, len(cloud))) for cloud in clouds]
-    met = _where_they_meet(clouds, MARGIN * radius)
-    points = np.concatenate([cloud[some] for cloud, some in zip(clouds, met, strict=True)])
-    if len(points):
-        grid, order = build_grid(points, MARGIN * radius)
-        here = _differences(grid, order >= len(met[0]), radius * radius * TIE, scale)
-        here[:, order] = here.copy()
-        found[0][:, met[0]], found[1][:, met[1]] = np.split(here, [len(met[0])], axis=1)
-    return found
-
-
-def _where_they_meet(clouds, radius):
-    """Return the indices of those points of each cloud that q_i of any but zero depends on.
-
-    A ball that holds points of both has its centre within a radius of both clouds' boxes.
-    """
-    boxes = [bounds(cloud) for cloud in clouds]
-    low = np.max([low for low, _ in boxes], axis=0) - 2 * radius
-    high = np.min([high for _, high in boxes], axis=0) + 2 * radius
-    return [_inside(cloud, low, high) for cloud in clouds]
+    R, t = se3.rotation_and_translation(T_target_source)
+    points = _joined(np.array(target), np.array(source), R, t)
+    met = _where_they_meet(points, len(target), MARGIN * radius)
+    found = np.zeros((2, len(points)))
+    if len(met):
+        grid, order = build_grid(points[met], MARGIN * radius)
+        index = met[order]
+        of_grid = _differences(grid, index >= len(target), radius * radius * TIE, scale)
+        found[:, index] = of_grid
+    return found[:, : len(target)], found[:, len(target) :]
 
 
 @kernel
-def _inside(points, low, high):
-    """Return the indices of the points in a box."""
-    found, n = np.empty(len(points) + 1, np.int64), 0
+def _joined(target, source, R, t):
+    n = target.shape[0]
+    points = np.empty((n + source.shape[0], 3))
+    points[:n] = target
+    for i in range(source.shape[0]):
+        for c in range(3):
+            points[n + i, c] = (
+                R[c, 0] * source[i, 0] + R[c, 1] * source[i, 1] + R[c, 2] * source[i, 2] + t[c]
+            )
+    return points
+
+
+@kernel
+def _where_they_meet(points, n, radius):
+    """Return the indices of those points that q_i of any but zero depends on.
+
+    A ball that holds points of both has its centre within a radius of both clouds' boxes: of the
+    first n points, and of the others.
+    """
+    a_low, a_high = bounds(points[:n])
+    b_low, b_high = bounds(points[n:])
+    low, high = np.maximum(a_low, b_low) - 2 * radius, np.minimum(a_high, b_high) + 2 * radius
+    met, k = np.empty(len(points) + 1, np.int64), 0
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        found[n] = i  # kept only if it is counted
-        n += (
+        met[k] = i  # kept only if it is counted
+        k += (
             (low[0] <= x)
             & (x <= high[0])
             & (low[1] <= y)
@@ -61,7 +71,7 @@ def _inside(points, low, high):
             & (low[2] <= z)
             & (z <= high[2])
         )
-    return found[:n].copy()
+    return met[:k].copy()
 
 
 @kernel

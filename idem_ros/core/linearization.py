@@ -1,91 +1,90 @@
-"""The difference of entropies, linearised in a small motion of the other cloud.
+"""Costs of a ball, and what they are linearised to in a small motion of the other cloud.
 
 With the members of every ball held, dh = (rho / k) sum_l (x_l - m)^T W (v + omega x x_l) over the
 members l that move, W = Sigma^-1 and rho = c det Sigma / (1 + c det Sigma). The concave log det is
 majorised at Sigma, which leaves rho k_B (1 - k_B / k) / k J^T W J as the Gauss-Newton matrix.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from idem_ros.core.ball_weights import along_thinnest, balance, bend, inverse
+from idem_ros.core.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
-    MOST_WITHOUT_ENTROPY,
-    TWO_PI_E_CUBED,
+    ball_moments,
     covariance,
-    determinant,
     into_frame,
     plus,
-    raw_moments,
+    point_of,
     rotated,
-    unit_moments,
 )
-from idem_ros.core.se3 import adjoint_of
+from idem_ros.core.se3 import adjoint_of, inverse_of
+from idem_ros.core.symmetric3 import determinant, inverse, product, scaled, times, trace
 
-# One block's sums: gradient (omega, v), then of the matrix vv (6), omega-v (9), omega-omega (6).
-SUMS = 27
-IN_ONE = np.empty(0, np.int64)  # all centres are of the first group
+# One block's sums: the value, the gradient (omega, v), then of the matrix vv (6), omega-v (9),
+# omega-omega (6).
+SUMS = 28
 # Balls are added so many at a time, each number of theirs in a row with that of the others: the
 # compiler then works on four or eight balls at once.
 TOGETHER = 128
-OWN, OTHER, ROWS = 3, 13, 23  # after the centre: moments of its own cloud, of the other
+OWN, OTHER, GAIN, ROWS = 3, 13, 23, 24  # after the centre: moments, and exp(2 q_i)
 SIX, NINE = (0.0,) * 6, (0.0,) * 9
+MOST_BEND = 2.0
+
+
+class BallCost(NamedTuple):
+    """What a ball's moments cost: numbers that every ball of a stage shares."""
+
+    r2: float  # squared radius
+    c: float  # (2 pi e)^3 over the unit of length to the sixth (Eq. 4)
+    noise: float  # variance added to every axis of every covariance
+    tangential: bool  # whether to leave out the pull along the surface: `without_tangential`
+    apart2: float  # squared distance of a ball's two means that halves its weight; inf: none
+    valued: bool  # whether the value is asked for, too
+    levelled: bool  # whether own means are moved to where the others' spread puts them: `bend`
 
 
 @kernel
-def linearize(
-    centres,
-    own,
-    points,
-    raw,
-    first,
-    member,
-    R,
-    t,
-    r2,
-    scale,
-    noise,
-    slide,
-    level,
-    chosen,
-    group,
-    sums,
-):
-    """Add gradient and Gauss-Newton matrix over the chosen centres to sums.
+def linearize(sides, motions, cost, chosen, group, sums):
+    """Add value, gradient and Gauss-Newton matrix over the chosen centres of both clouds to sums.
 
-    chosen (K,): their indices. sums (G, 27): of each group; group (N,): which one each centre is
-    in, or (0,): all are in the first. The fewer times it changes along the chosen, the faster.
+    The value, where it is asked for, is sum h(Sigma) - h(Sigma of own members), h as in Eq. 4,
+    over the balls that hold points of both clouds.
 
-    The twist moves the other cloud, points and raw, whose frame R, t take to that of the centres;
-    candidates of centre i: member[first[i]:first[i + 1]]. The variance of noise is added to every
-    axis of every covariance. slide: leave out the pull along the surface, `along_thinnest`; among
-    raw points each ball counts by its `balance`. level: see `bend`.
+    Args:
+        sides: of `Balls.sides`; a twist moves the members.
+        motions: R (2, 3, 3) and t (2, 3) that move them: `se3.both_ways`.
+        cost: `BallCost`.
+        chosen: (K,) indices of centres, of the target and of the source.
+        group: (N,) which group each centre is in, likewise. The fewer times it changes along the
+            chosen, the faster.
+        sums: (G, 28), one row for each group, likewise.
     """
-    size = (TWO_PI_E_CUBED / scale**6, r2, noise, slide, slide and raw.shape[0] > 0, level)
-    balls, n, g = np.empty((ROWS, TOGETHER)), np.int64(0), np.int64(0)
-    for i in chosen:
-        if first[i] == first[i + 1]:
-            continue
-        x, y, z = into_frame(centres[i], R, t)
-        if raw.shape[0] > 0:
-            m = raw_moments(x, y, z, points, raw, member, first[i], first[i + 1], r2)
-        else:
-            m = unit_moments(x, y, z, points, member, first[i], first[i + 1], r2)
-        if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
-            continue
-        its = group[i] if group.shape[0] > 0 else 0
-        if n == TOGETHER or its != g:
-            _add(balls, n, R, size, sums[g])
-            n, g = np.int64(0), its
-        _put(balls, n, centres[i], own[i], m)
-        n += 1
-    _add(balls, n, R, size, sums[g])
+    balls = np.empty((ROWS, TOGETHER))
+    for s in range(2):
+        (centres, own), (points, weights, first, member) = sides[s]
+        R, t, its_group, its_sums = motions[0][s], motions[1][s], group[s], sums[s]
+        n, g = np.int64(0), np.int64(0)
+        for i in chosen[s]:
+            if first[i] == first[i + 1]:
+                continue
+            p = point_of(centres, i)
+            x = into_frame(p, R, t)
+            m = ball_moments(x, points, weights, member, first[i], first[i + 1], cost.r2)
+            if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
+                continue
+            if n == TOGETHER or its_group[i] != g:
+                _add(balls, n, R, cost, its_sums[g])
+                n, g = np.int64(0), its_group[i]
+            _put(balls, n, p, own[i], m)
+            n += 1
+        _add(balls, n, R, cost, its_sums[g])
 
 
 @kernel
 def _put(balls, n, p, own, m):
-    for c in range(3):
-        balls[c, n] = p[c]
+    balls[0, n], balls[1, n], balls[2, n] = p
     for c in range(10):
         balls[OWN + c, n] = own[c]
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = m
@@ -95,33 +94,92 @@ def _put(balls, n, p, own, m):
 
 
 @kernel
-def _add(balls, n, R, size, sums):
-    """Add the first n balls' gradient and matrix to sums (27,)."""
-    c, r2, noise, slide, is_balanced, level = size
+def _add(balls, n, R, cost, sums):
+    """Add the first n balls' value, gradient and matrix to sums (28,)."""
     pull, vv, wv, ww = SIX, SIX, NINE, SIX
     for i in range(np.uint64(n)):
         cross = rotated(R, _moments_of(balls[OTHER:], i))
-        joint = plus(_moments_of(balls[OWN:], i), cross)
-        xx, xy, xz, yy, yz, zz = covariance(joint)
-        sigma = (xx + noise, xy, xz, yy + noise, yz, zz + noise)
+        own = _moments_of(balls[OWN:], i)
+        joint = plus(own, cross)
+        sigma = _with_noise(covariance(joint), cost.noise)
         det = determinant(sigma)
+        if cost.valued:
+            gain = (1.0 + cost.c * max(det, 0.0)) / (1.0 + cost.c * _det_of(own, cost.noise))
+            balls[GAIN, i] = gain
         if det > 0.0:
             w = inverse(sigma, det)
-            f = c * det / (1.0 + c * det) / joint[0]  # rho / k
-            if slide:
-                w = along_thinnest(w)
-            if is_balanced:
-                f *= balance(joint, cross, r2)
-            more = bend(joint, cross) if level else 0.0
-            x, y, z = balls[0, i], balls[1, i], balls[2, i]
-            pull = _plus6(pull, _pull(x, y, z, cross, joint, w, f, more))
+            f = cost.c * det / (1.0 + cost.c * det) / joint[0]  # rho / k
+            if cost.tangential:
+                w = without_tangential(w)
+                f *= balance(joint, cross, cost.apart2)
+            p = balls[0, i], balls[1, i], balls[2, i]
+            more = bend(joint, cross) if cost.levelled else 0.0
+            pull = _plus6(pull, _pull(p, cross, joint, w, f, more))
             n_B = cross[0]
-            x, y, z = x + cross[1] / n_B, y + cross[2] / n_B, z + cross[3] / n_B
+            x = p[0] + cross[1] / n_B, p[1] + cross[2] / n_B, p[2] + cross[3] / n_B
             f *= n_B * (1.0 - n_B / joint[0])
-            vv = _plus6(vv, _scaled(w, f))
-            wv = _plus9(wv, _turning(x, y, z, w, f))
-            ww = _plus6(ww, _turned(x, y, z, w, f))
-    _write(sums, pull, vv, wv, ww)
+            vv = _plus6(vv, scaled(w, f))
+            wv = _plus9(wv, _turning(x, w, f))
+            ww = _plus6(ww, _turned(x, w, f))
+    _write(sums[1:], pull, vv, wv, ww)
+    if cost.valued:
+        for i in range(n):  # on its own: a logarithm would keep the loop above from vector code
+            sums[0] += 0.5 * np.log(balls[GAIN, i])
+
+
+@kernel
+def without_tangential(w):
+    """Return W^3 / tr(W)^2: each axis of Sigma by the square of its share of the pull.
+
+    Along the surface the two clouds' means differ by where either happens to end or to be sampled,
+    not by a misalignment: rings of a LiDAR would draw each other together.
+    """
+    f = 1.0 / trace(w)
+    return scaled(product(product(w, w), w), f * f)
+
+
+@kernel
+def balance(joint, cross, apart2):
+    """Return 1 / (1 + d^4 / apart^4) for means of the ball's two clouds that are d apart.
+
+    Far apart they are two rings, or two sides of the overlap's rim: their difference is then more
+    of the surface's shape than of a misalignment. Few points lie apart by chance, many do not.
+    """
+    n = joint[0] - cross[0]
+    x = cross[1] / cross[0] - (joint[1] - cross[1]) / n
+    y = cross[2] / cross[0] - (joint[2] - cross[2]) / n
+    z = cross[3] / cross[0] - (joint[3] - cross[3]) / n
+    apart = (x * x + y * y + z * z) / apart2
+    return 1.0 / (1.0 + apart * apart)
+
+
+@kernel
+def bend(joint, cross):
+    """Return by how much more the other cloud's points spread about the centre, less 1.
+
+    A curved surface leaves its tangent by as much as points spread along it: the mean of own
+    points, times this, lies that much too near. The centre is one of them, and others of an even
+    sampling keep off it. Of two samplings alike the one cloud's balls make up for the other's.
+    """
+    others = cross[4] + cross[7] + cross[9]
+    own = joint[4] + joint[7] + joint[9] - others
+    if own <= 0.0:
+        return 0.0
+    more = others / cross[0] * (joint[0] - cross[0]) / own
+    return min(max(more, 1.0 / MOST_BEND), MOST_BEND) - 1.0
+
+
+@kernel
+def _det_of(own, noise):
+    if own[0] <= MOST_WITHOUT_ENTROPY:
+        return 0.0
+    return max(determinant(_with_noise(covariance(own), noise)), 0.0)
+
+
+@kernel
+def _with_noise(s, noise):
+    xx, xy, xz, yy, yz, zz = s
+    return xx + noise, xy, xz, yy + noise, yz, zz + noise
 
 
 @kernel
@@ -133,7 +191,7 @@ def _moments_of(rows, i):
 
 
 @kernel
-def _pull(px, py, pz, cross, joint, w, f, more):
+def _pull(p, cross, joint, w, f, more):
     """Return one centre's gradient (omega, v); the sums of a ball are relative to its centre p.
 
     more: own points count as this much farther from the centre.
@@ -144,12 +202,13 @@ def _pull(px, py, pz, cross, joint, w, f, more):
     my = (joint[2] + more * (joint[2] - sy)) / k
     mz = (joint[3] + more * (joint[3] - sz)) / k
     # v: W sum(x_l - m)
-    bx, by, bz = _times(w, sx - n * mx, sy - n * my, sz - n * mz)
+    bx, by, bz = times(w, sx - n * mx, sy - n * my, sz - n * mz)
     # omega: sum x_l x W (x_l - m) = p x b + sum d x W d - s x W m
-    ux, uy, uz = _times(w, mx, my, mz)
-    ax, ay, az = _times(w, xx, xy, xz)  # rows of S W
-    cx, cy, cz = _times(w, xy, yy, yz)
-    ex, ey, ez = _times(w, xz, yz, zz)
+    ux, uy, uz = times(w, mx, my, mz)
+    ax, ay, az = times(w, xx, xy, xz)  # rows of S W
+    cx, cy, cz = times(w, xy, yy, yz)
+    ex, ey, ez = times(w, xz, yz, zz)
+    px, py, pz = p
     return (
         f * (py * bz - pz * by + cz - ey - (sy * uz - sz * uy)),
         f * (pz * bx - px * bz + ex - az - (sz * ux - sx * uz)),
@@ -161,19 +220,9 @@ def _pull(px, py, pz, cross, joint, w, f, more):
 
 
 @kernel
-def _times(w, x, y, z):
-    xx, xy, xz, yy, yz, zz = w
-    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-
-
-@kernel
-def _scaled(w, f):
-    return w[0] * f, w[1] * f, w[2] * f, w[3] * f, w[4] * f, w[5] * f
-
-
-@kernel
-def _turning(x, y, z, w, f):
+def _turning(p, w, f):
     """Return f [x]_x W, of f J^T W J with J = [-[x]_x, I] for the motion of the moving mean x."""
+    x, y, z = p
     xx, xy, xz, yy, yz, zz = w
     return (
         *(f * (y * xz - z * xy), f * (y * yz - z * yy), f * (y * zz - z * yz)),
@@ -183,9 +232,10 @@ def _turning(x, y, z, w, f):
 
 
 @kernel
-def _turned(x, y, z, w, f):
+def _turned(p, w, f):
     """Return the upper half of -f [x]_x W [x]_x."""
-    a00, a01, a02, a10, a11, a12, a20, a21, _ = _turning(x, y, z, w, f)
+    x, y, z = p
+    a00, a01, a02, a10, a11, a12, a20, a21, _ = _turning(p, w, f)
     return (
         *(a02 * y - a01 * z, a00 * z - a02 * x, a01 * x - a00 * y),
         *(a10 * z - a12 * x, a11 * x - a10 * y, a21 * x - a20 * y),
@@ -213,7 +263,7 @@ def _write(sums, pull, vv, wv, ww):
 
 
 def _places():
-    """Return where in the sums each entry of the matrix is, (6, 6)."""
+    """Return where in the sums after the value each entry of the matrix is, (6, 6)."""
     place = np.empty((6, 6), int)
     upper = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
     place[3:, 3:], place[:3, :3] = 6 + upper, 21 + upper
@@ -226,33 +276,34 @@ _MATRIX = _places()
 
 
 @kernel
-def of_both(here, there, T_source_target):
-    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) for a twist (omega, v).
+def of_both(here, there, T_target_source):
+    """Return values (G,), gradients (G, 6) and Gauss-Newton matrices (G, 6, 6), twist (omega, v).
 
-    Of the sums (blocks, G, 27) around the target's centres, for a twist on the left of
+    Of the sums (blocks, G, 28) around the target's centres, for a twist on the left of
     T_target_source, and around the source's, for one on the left of its inverse: exp(xi) T has
     the inverse exp(-Ad(T)^-1 xi) T^-1.
     """
     groups = here.shape[1]
-    back = adjoint_of(T_source_target)
-    pulls, stiffness = np.zeros((groups, 6)), np.zeros((groups, 6, 6))
-    pull, matrix, product = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
+    back = adjoint_of(inverse_of(T_target_source))
+    values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
+    pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
     for g in range(groups):
         if not (here[:, g].any() or there[:, g].any()):
             continue
-        _unpack(there[:, g], pull, matrix)
-        _unpack(here[:, g], pulls[g], stiffness[g])
+        values[g] = here[:, g, 0].sum() + there[:, g, 0].sum()
+        _unpack(there[:, g, 1:], pull, matrix)
+        _unpack(here[:, g, 1:], pulls[g], stiffness[g])
         for i in range(6):
             for j in range(6):
                 pulls[g, i] -= back[j, i] * pull[j]
-                product[i, j] = 0.0
+                product_[i, j] = 0.0
                 for k in range(6):
-                    product[i, j] += matrix[i, k] * back[k, j]
+                    product_[i, j] += matrix[i, k] * back[k, j]
         for i in range(6):
             for j in range(6):
                 for k in range(6):
-                    stiffness[g, i, j] += back[k, i] * product[k, j]
-    return pulls, stiffness
+                    stiffness[g, i, j] += back[k, i] * product_[k, j]
+    return values, pulls, stiffness
 
 
 @kernel

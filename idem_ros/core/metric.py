@@ -3,11 +3,12 @@
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.balls import between_origins
 from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import LENGTH_SCALES
+from idem_ros.core.entropy import length_unit
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.joint_cloud import differences
-from idem_ros.core.joint_entropy import between_origins, length_unit
 from idem_ros.core.radii import weighted_radius
 
 

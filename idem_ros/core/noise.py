@@ -3,7 +3,8 @@
 import numpy as np
 
 from idem_ros.core.jit import kernel
-from idem_ros.core.moments import covariance, determinant, row_of
+from idem_ros.core.moments import covariance, row_of
+from idem_ros.core.symmetric3 import determinant
 
 QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
 LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise

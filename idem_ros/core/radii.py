@@ -3,10 +3,8 @@
 import numpy as np
 
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.grid import bounds
 
 SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
-VOXELS = 0.8  # of the last radius: their raw points tell a surface's direction in a narrower ball
 STEPS_PER_OCTAVE = 8
 WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it
 
@@ -18,34 +16,34 @@ def weighted_radius(a, target, source, most=None):
     return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
 
 
-def stage_radii(target, source, config):
-    """Return the radius of each stage of a registration; zeros for points all in one place.
+def wide_radius(target, source, a, workers):
+    """Return Eq. 9's radius of two `Cloud`s, of a sample; 0 where all points are in one place."""
+    in_threads(workers, lambda c: c.fourth_neighbor_distance(SAMPLE), (target, source))
+    return weighted_radius(a, target, source, SAMPLE)
 
-    Multiples of Eq. 9's, from a sample of both clouds. The last stage looks no wider than the
-    geometric mean of the two spacings: where one cloud is much denser, Eq. 9 takes the spacing of
-    the other, over which the dense one resolves a curvature that a ball would average away.
-    Among voxels it looks less wide, for the same reason.
 
-    Rounded to an eighth of an octave: a target prepared at one radius serves every source alike.
+def last_radius(target, source, a, workers):
+    """Return the radius of the last stage: Eq. 9's, or less where one cloud is much denser.
+
+    No more than the geometric mean of the two spacings: Eq. 9 takes the spacing of the sparser
+    cloud, over which the dense one resolves a curvature that a ball would average away.
     """
-    clouds = (target, source)
-    spacings = in_threads(config.threads, lambda c: c.fourth_neighbor_distance(SAMPLE), clouds)
-    wide = weighted_radius(config.a, target, source, SAMPLE)
-    narrow = config.a * float(np.sqrt(np.prod(spacings)))
-    *earlier, last = config.radius_schedule
-    last *= VOXELS if len(target.raw) and len(source.raw) else 1.0
-    radii = [factor * wide for factor in earlier] + [last * (min(narrow, wide) or wide)]
-    return [rounded(radius) for radius in radii]
+    wide = wide_radius(target, source, a, workers)
+    spacings = [cloud.fourth_neighbor_distance(SAMPLE) for cloud in (target, source)]
+    return min(a * float(np.sqrt(np.prod(spacings))), wide) or wide
 
 
 def widest_useful(target, source):
     """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
-    boxes = (bounds(cloud.points) for cloud in (target, source))
+    boxes = (cloud.bounds() for cloud in (target, source))
     return WIDEST * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
 
 
 def rounded(radius):
-    """Return a radius rounded to an eighth of an octave."""
+    """Return a radius rounded to an eighth of an octave.
+
+    A target prepared at one radius then serves every source alike.
+    """
     if radius == 0.0:
         return 0.0
     return float(2.0 ** (np.round(STEPS_PER_OCTAVE * np.log2(radius)) / STEPS_PER_OCTAVE))

@@ -1,57 +1,36 @@
-"""Register two clouds by minimising q_tot: the algorithm on one page."""
+"""Register two clouds by minimising q_tot: the algorithm on one page.
 
-from dataclasses import dataclass, field, replace
+Prepare, radius (Eq. 9), stages coarse to fine: in each linearise, solve, accept and terminate
+(`newton.minimize`); result, assessment. The costs (Eq. 4 to 8) are in `cost`.
+"""
+
+from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.assessment import (
-    ROS_ORDER,
-    Assessment,
-    Solve,
-    judged,
-    swap_gap,
-    too_little,
-)
-from idem_ros.core.blocks import in_threads
-from idem_ros.core.cloud import Cloud, as_cloud
+from idem_ros.core.assessment import assess, out_of_time, too_little
+from idem_ros.core.balls import between_origins, from_origins
+from idem_ros.core.blocks import OutOfTime, Workers, in_threads
+from idem_ros.core.cloud import as_cloud
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.core.constraint import hold_of
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.joint_entropy import between_origins, from_origins
-from idem_ros.core.metric import overlap_of
+from idem_ros.core.newton import Termination
+from idem_ros.core.observability import observability_of
+from idem_ros.core.pair import prepare
+from idem_ros.core.result import RegistrationResult, agreement_at, result_at
 from idem_ros.core.scope import judged_in_scope
-from idem_ros.core.stages import descend, prepare, stay
+from idem_ros.core.stages import descend, stay
 from idem_ros.core.status import Status
+from idem_ros.core.tuning import SolverTuning, TrustTuning
+
+GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
+SOLVER, TRUST = SolverTuning(), TrustTuning()
 
 
-@dataclass(frozen=True, eq=False)
-class RegistrationResult:
-    """The refined transform, and how well the clouds agree there."""
-
-    T_target_source: np.ndarray  # (4, 4): p_target = R p_source + t
-    status: Status
-    iterations: int = 0  # steps over all stages
-    q_tot: float = 0.0  # of the registered clouds (voxel means where voxel_size is given) [nat]
-    q_mean: float = 0.0  # q_tot per point that has a neighbour in the other cloud [nat]
-    overlap: float = 0.0  # fraction of the points that have one, of both clouds
-    radius: float = 0.0  # search radius of the last stage, in the clouds' unit
-    # (6, 6), x y z rx ry rz: stiffness against a motion of the source in the target frame
-    information: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
-    # (k, 6), likewise: motions that no surface holds
-    free_motions: np.ndarray = field(default_factory=lambda: np.empty((0, 6)))
-    # how likely the solve succeeded, 0 to 1, by its coarse stages; nan: not asked for
-    credibility: float = float('nan')
-    assessment: Assessment | None = None  # None where it was not asked for
-
-    @property
-    def converged(self):
-        """Whether the last stage ended in a point where no step moves the source."""
-        return self.status is Status.CONVERGED
-
-
-def register(target, source, T_target_source=None, config=None):
-    """Refine the pose of the source in the target frame by minimising q_tot.
+def register(target, source, T_target_source=None, config=None, *, tuning=SOLVER, trust=TRUST):
+    """Refine the pose of the source in the target frame by minimising q_tot (Eq. 8).
 
     With `mode="audit"` nothing moves: the guess itself is judged.
 
@@ -60,6 +39,7 @@ def register(target, source, T_target_source=None, config=None):
         source: (M, 3) points or a `Cloud`, in the source frame.
         T_target_source: (4, 4) initial guess; None: identity.
         config: `RegistrationConfig`; None: its defaults.
+        tuning, trust: other numbers than the solver and the verdict go by.
 
     Returns:
         A `RegistrationResult`; whether it converged is a value, not an exception.
@@ -71,76 +51,98 @@ def register(target, source, T_target_source=None, config=None):
     config = RegistrationConfig() if config is None else config
     if not isinstance(config, RegistrationConfig):
         raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
-    ours = tuple(not isinstance(points, Cloud) for points in (target, source))
-    target, source = in_threads(config.threads, as_cloud, (target, source))
+    workers, late_workers = _workers(config)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
-    prepared = prepare(target, source, config, ours)  # Eq. 9
-    if not prepared.stages or prepared.stages[-1].radius == 0.0:  # all points in one place
-        status = Status.DEGENERATE if prepared.stages else Status.TOO_FEW_POINTS
-        said = None if config.assessment == 'none' else too_little(*prepared.clouds)
-        return RegistrationResult(T, status, assessment=said)
-    T = between_origins(target, source, T)
-    descent, hold = _descended(prepared, T)
-    pose = descent.solution.transform
-    differences = descent.joint.per_point(pose)
-    result = _result(target, source, descent, differences, hold, config.mode)
-    if config.assessment == 'none':
+    target, source = in_threads(Workers(config.threads), as_cloud, (target, source))
+    T_guess = between_origins(target, source, T)
+    try:
+        pair = prepare(target, source, config, tuning, trust, workers)  # voxels; radius of Eq. 9
+    except OutOfTime:
+        return _unsolved(T, Status.LATE, config, out_of_time())
+    if not pair.stages:
+        status = Status.TOO_FEW_POINTS if pair.is_small else Status.DEGENERATE
+        return _unsolved(T, status, config, too_little(*pair.clouds))
+    descent, observability = _refined(pair, T_guess)  # stages, coarse to fine
+    try:
+        pair = pair._replace(workers=late_workers)
+        return _judged(pair, (target, source), T_guess, descent, observability)
+    except OutOfTime:
+        T = from_origins(target, source, descent.solution.transform)
+        return _unsolved(T, Status.LATE, config, out_of_time(), descent.iterations)
+
+
+def _refined(pair, T_guess):
+    """Return the `Descent` from a guess, and the `Observability` where it ended; None if late.
+
+    Motions that nothing determines stay as guessed: the stages are gone through without them.
+    """
+    try:
+        if pair.config.mode == 'audit':
+            descent = stay(pair, T_guess)
+            return descent, observability_of(descent.cost, T_guess)
+        descent, observability = descend(pair, T_guess), None
+        if descent.cost is not None:
+            observability = observability_of(descent.cost, descent.solution.transform)
+            determined = observability.observable.sum()
+            if 0 < determined < 6 and pair.config.free_motions == 'guess':
+                descent = descend(pair, T_guess, observability.held)
+    except OutOfTime:
+        late = descent.solution._replace(termination=Termination.LATE)
+        return descent._replace(solution=late), None
+    return descent, observability
+
+
+def _judged(pair, given, T_guess, descent, observability):
+    """Return the `RegistrationResult` of a descent; in its own time, where the solve was late.
+
+    given: the two `Cloud`s as they were given.
+    """
+    cost, T = descent.cost or pair.cost(pair.stages[-1]), descent.solution.transform
+    cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
+    if observability is None:
+        observability = observability_of(cost, T)
+    agreement, q_tot = agreement_at(pair, cost.balls, T)
+    result = result_at(pair, descent, agreement, q_tot, observability)
+    if pair.config.assessment == 'none':
         return result
-    solve = Solve(result.status, descent.credibility, descent.first, T)
-    gap = swap_gap(prepared, T, pose, hold) if config.assessment == 'swap' else np.nan
-    said = judged(descent.joint, differences, pose, hold, result.overlap, source.origin, solve)
-    said = judged_in_scope(said, target, source, descent.joint, differences, pose)
-    return replace(result, assessment=replace(said, swap_gap=gap))
+    said = assess(pair, descent, T_guess, agreement, observability)
+    said = judged_in_scope(said, *given, cost.balls, agreement, T)
+    if pair.config.assessment == 'swap':
+        said = replace(said, swap_gap=_swap_gap(pair, T_guess, T, observability))
+    return replace(result, assessment=said)
 
 
-def _descended(prepared, T):
-    """Return the `Descent` from T, and the `Hold` that says what it may move."""
-    config = prepared.config
-    if config.mode == 'audit':
-        descent = stay(prepared, T)
-        return descent, hold_of(descent.joint, T)
-    descent = descend(prepared, T)
-    hold = hold_of(descent.joint, descent.solution.transform)
-    if 0 < hold.free.sum() < 6 and config.free_motions == 'guess':
-        descent = descend(prepared, T, hold.motions[:, ~hold.free])
-    return descent, hold
+def _swap_gap(pair, T_guess, T, observability):
+    """Return how far from a result the registration of target to source ends.
+
+    Both minimise the same, from the same guess: a gap is an alarm. As the surfaces move, in the
+    clouds' unit; nan where a motion is free: each way has its own idea of it.
+    """
+    if not observability.observable.all():
+        return np.nan
+    back = descend(pair.swapped(), se3.inverse(T_guess)).solution.transform
+    return float(np.linalg.norm(np.linalg.solve(observability.units, se3.log(T @ back))))
 
 
-def _result(target, source, descent, differences, hold, mode):
-    joint, solution = descent.joint, descent.solution
-    (q_target, reach_target), (q_source, reach_source) = differences
-    q = float(q_target.sum() + q_source.sum())
-    within, overlap = overlap_of(reach_target, reach_source)
-    if within == 0:
-        status = Status.NO_OVERLAP
-    elif mode == 'audit':
-        status = Status.AUDITED
-    elif solution.free or hold.free.any():
-        status = Status.DEGENERATE
-    else:
-        stopped = Status.LATE if descent.is_late else Status.MAX_ITERATIONS
-        status = Status.CONVERGED if solution.converged else stopped
+def _unsolved(T, status, config, said, iterations=0):
+    """Return the result of clouds of which nothing is observable: the guess, and why."""
+    said = None if config.assessment == 'none' else said
+    termination = Termination.LATE if status is Status.LATE else Termination.NOT_STARTED
     return RegistrationResult(
-        T_target_source=from_origins(target, source, solution.transform),
-        status=status,
-        iterations=descent.iterations,
-        q_tot=q,
-        q_mean=q / within if within else 0.0,
-        overlap=overlap,
-        radius=joint.radius,
-        information=_in_ros_order(solution.matrix, target.origin),
-        free_motions=_free_motions(hold, target.origin),
-        credibility=descent.credibility,
+        T,
+        status,
+        iterations,
+        observable=np.zeros(6, bool),
+        termination=termination,
+        assessment=said,
     )
 
 
-def _in_ros_order(matrix, origin):
-    """Move the matrix from the target's origin to its frame, and put the translation first."""
-    to_origin = se3.adjoint(se3.translation(-origin))
-    return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]
-
-
-def _free_motions(hold, origin):
-    """Return (k, 6) motions in the target's frame, the translation first."""
-    from_origin = se3.adjoint(se3.translation(origin))
-    return (from_origin @ hold.motions[:, hold.free]).T[:, ROS_ORDER]
+def _workers(config):
+    """Return the `Workers` of the solve, and those of a late result's verdict."""
+    if config.budget_ms is None:
+        return Workers(config.threads), Workers(config.threads)
+    budget = 1e-3 * config.budget_ms
+    end = perf_counter() + budget
+    share, least = GRACE
+    return Workers(config.threads, end), Workers(config.threads, end + max(share * budget, least))

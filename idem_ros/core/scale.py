@@ -21,19 +21,18 @@ FLAT = 4.0  # least second variance of a surface over its first
 SAMPLE = 2000  # balls of each cloud, about
 
 
-def scale_left_open(joint, differences, T_target_source):
+def scale_left_open(balls, reach, T_target_source):
     """Say why a pose may be that of a cloud of another scale; empty where nothing speaks for it.
 
     Args:
-        joint: `JointEntropy` at the last radius.
-        differences: its `per_point` there.
+        balls: `Balls` of the last radius.
+        reach: (N + M,): points of the other cloud in reach of the target's and of the source's.
         T_target_source: (4, 4) the pose, between the clouds' origins.
     """
-    sides = (joint.target, np.eye(4)), (joint.source, T_target_source)
+    sides = (balls.target, np.eye(4)), (balls.source, T_target_source)
+    of_each = np.split(reach, [len(balls.target.order)])
     points = [se3.transform_points(T, side.grid.points) for side, T in sides]
-    meets = [
-        reach[side.order] > 0.0 for (side, _), (_, reach) in zip(sides, differences, strict=True)
-    ]
+    meets = [r[side.order] > 0.0 for (side, _), r in zip(sides, of_each, strict=True)]
     met = min(_met(*points, meets[1]), _met(*points[::-1], meets[0]))
     if met >= LEAST_MET or _growth(sides, points, meets) >= LEAST_GROWTH:
         return ''
@@ -58,7 +57,7 @@ def _growth(sides, points, meets):
     for (side, T), p, met in zip(sides, points, meets, strict=True):
         balls = np.flatnonzero(met)
         balls = balls[:: max(len(balls) // SAMPLE, 1)]
-        n, is_surface = _normals(side.raw_own[balls])
+        n, is_surface = _normals(side.own[balls])
         x.append(p[balls][is_surface])
         normals.append(n[is_surface] @ T[:3, :3].T)
     x, normals = np.vstack(x), np.vstack(normals)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from idem_ros.core.assessment import CREDIBLE, Verdict
+from idem_ros.core.assessment import LEAST_PROBABILITY, Verdict
 from idem_ros.core.scale import scale_left_open
 
 FLAT = 1e-3  # of the radius: no point of a scan in a plane is farther from it
@@ -36,22 +36,24 @@ def out_of_scope(target, source, radius):
     return ''
 
 
-def judged_in_scope(said, target, source, joint, differences, T):
+def judged_in_scope(said, target, source, balls, agreement, T):
     """Return an `Assessment` as it is, or what is left of it where clouds are out of scope.
 
     Args:
         said: the `Assessment` of a pose.
         target, source: `Cloud`s, as given.
-        joint: `JointEntropy` that judged it.
-        differences: its `per_point` there.
+        balls: `Balls` of the last radius, that judged it.
+        agreement: the `Agreement` there.
         T: (4, 4) the pose, between the clouds' origins.
     """
-    reason = out_of_scope(target, source, joint.radius)
+    reason = out_of_scope(target, source, balls.radius)
     if reason:
         return replace(
             said, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
         )
-    reason = scale_left_open(joint, differences, T) if said.p_aligned >= CREDIBLE else ''
+    reason = (
+        scale_left_open(balls, agreement.reach, T) if said.p_aligned >= LEAST_PROBABILITY else ''
+    )
     if reason:
         return replace(said, verdict=Verdict.LOW_OVERLAP, p_aligned=np.nan, reason=reason)
     return said

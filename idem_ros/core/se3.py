@@ -48,11 +48,12 @@ def checked_transform(transform, name='T_target_source'):
 
 def inverse(transform):
     """Return the inverse of a (4, 4) rigid transform."""
-    return _inverse(np.ascontiguousarray(transform, dtype=np.float64))
+    return inverse_of(np.ascontiguousarray(transform, dtype=np.float64))
 
 
 @kernel
-def _inverse(T):
+def inverse_of(T):
+    """Return what `inverse` does, in a kernel."""
     result = np.eye(4)
     for i in range(3):
         for k in range(3):
@@ -66,7 +67,7 @@ def inverses(transforms):
     """Return the inverses of (K, 4, 4) rigid transforms."""
     result = np.empty_like(transforms)
     for k in range(transforms.shape[0]):
-        result[k] = _inverse(transforms[k])
+        result[k] = inverse_of(transforms[k])
     return result
 
 
@@ -86,6 +87,18 @@ def rotate(rotation, vectors):
         + v[..., 1, :] * rotation[:, 1]
         + v[..., 2, :] * rotation[:, 2]
     )
+
+
+@kernel
+def both_ways(T):
+    """Return R (2, 3, 3) and t (2, 3) of a (4, 4) rigid transform and of its inverse."""
+    R, t = np.empty((2, 3, 3)), np.zeros((2, 3))
+    for i in range(3):
+        t[0, i] = T[i, 3]
+        for k in range(3):
+            R[0, i, k], R[1, i, k] = T[i, k], T[k, i]
+            t[1, i] -= T[k, i] * T[k, 3]
+    return R, t
 
 
 def rotation_and_translation(transform):

@@ -12,27 +12,30 @@ class Voxels(NamedTuple):
     """The occupied voxels, in the order of their first points."""
 
     mean: np.ndarray  # (M, 3) float64, of the raw points
-    raw: np.ndarray  # (M, 7): how many there are, and their scatter about the mean (xx, ..., zz)
+    weights: np.ndarray  # (M, 7): their weight, and their scatter about the mean (xx, ..., zz)
 
 
-def reduce_to_voxels(points, raw, voxel_size):
+def reduce_to_voxels(points, weights, voxel_size):
     """Reduce (N, 3) finite points to voxels of the given edge, from the cloud's own corner.
 
-    A point that stands for others, raw (N, 7), goes where it is itself; raw (0, 7): for itself.
+    A point that stands for others goes where it is itself.
+
+    weights (N, 7): weight and scatter of each point, or (1, 7): of all of them.
     """
     low, _ = bounds(points)
     slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int32)
     sums, corners = np.empty((len(points), 10)), np.empty((len(points), 3), np.int64)
-    n = _accumulate(points, raw, low, voxel_size, slots, corners, sums)
+    n = _accumulate(points, weights, low, voxel_size, slots, corners, sums)
     mean, reduced = np.empty((n, 3)), np.empty((n, 7))
     _to_means(sums, corners, low, voxel_size, mean, reduced)
     return Voxels(mean, reduced)
 
 
 @kernel
-def _accumulate(points, raw, low, size, slots, corners, sums):
+def _accumulate(points, weights, low, size, slots, corners, sums):
     """Sum the moments of each voxel about its own middle; a hash table finds the voxel."""
     mask = slots.shape[0] - 1
+    each = np.int64(weights.shape[0] > 1)
     n, v = 0, 0
     last_x = last_y = last_z = -1
     for i in range(points.shape[0]):
@@ -44,7 +47,8 @@ def _accumulate(points, raw, low, size, slots, corners, sums):
                 sums[n, :] = 0.0
                 n += 1
             last_x, last_y, last_z = x, y, z
-        _add(sums[v], px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size, raw, i)
+        d = px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size
+        _add(sums[v], d, weights[i * each])
     return n
 
 
@@ -65,26 +69,22 @@ def _voxel_of(x, y, z, slots, mask, corners, n):
 
 
 @kernel
-def _add(m, dx, dy, dz, raw, i):
-    w = 1.0
-    if raw.shape[0] > 0:
-        w = raw[i, 0]
-        for c in range(6):
-            m[4 + c] += raw[i, 1 + c]
+def _add(m, d, weight):
+    (dx, dy, dz), w = d, weight[0]
     m[0] += w
     m[1] += w * dx
     m[2] += w * dy
     m[3] += w * dz
-    m[4] += w * dx * dx
-    m[5] += w * dx * dy
-    m[6] += w * dx * dz
-    m[7] += w * dy * dy
-    m[8] += w * dy * dz
-    m[9] += w * dz * dz
+    m[4] += w * dx * dx + weight[1]
+    m[5] += w * dx * dy + weight[2]
+    m[6] += w * dx * dz + weight[3]
+    m[7] += w * dy * dy + weight[4]
+    m[8] += w * dy * dz + weight[5]
+    m[9] += w * dz * dz + weight[6]
 
 
 @kernel
-def _to_means(sums, corners, low, size, mean, raw):
+def _to_means(sums, corners, low, size, mean, weights):
     """Turn sums about a voxel's middle into mean, count and scatter about the mean."""
     for v in range(mean.shape[0]):
         m = sums[v]
@@ -92,6 +92,7 @@ def _to_means(sums, corners, low, size, mean, raw):
         mean[v, 0] = low[0] + (corners[v, 0] + 0.5) * size + x
         mean[v, 1] = low[1] + (corners[v, 1] + 0.5) * size + y
         mean[v, 2] = low[2] + (corners[v, 2] + 0.5) * size + z
-        raw[v, 0] = k
-        raw[v, 1], raw[v, 2], raw[v, 3] = m[4] - k * x * x, m[5] - k * x * y, m[6] - k * x * z
-        raw[v, 4], raw[v, 5], raw[v, 6] = m[7] - k * y * y, m[8] - k * y * z, m[9] - k * z * z
+        weights[v, 0] = k
+        weights[v, 1], weights[v, 2] = m[4] - k * x * x, m[5] - k * x * y
+        weights[v, 3], weights[v, 4] = m[6] - k * x * z, m[7] - k * y * y
+        weights[v, 5], weights[v, 6] = m[8] - k * y * z, m[9] - k * z * z

@@ -7,19 +7,19 @@ MOSTLY_TURN = 0.5  # of a unit motion: from here on it is named by its turn
 ON_AXIS = 0.95  # of an axis within a subspace: from here on the subspace is named by its axes
 
 
-def free_in_words(hold, R_target_source):
-    """Say which motions a `Hold` leaves free.
+def free_in_words(observability, R_target_source):
+    """Say which motions are unobservable.
 
     Args:
-        hold: at the pose.
+        observability: the `Observability` at the pose.
         R_target_source: (3, 3), so that the directions are those of the source's axes.
 
     Returns:
         A phrase; empty where none is free.
     """
-    if not hold.free.any():
+    if observability.observable.all():
         return ''
-    scaled = np.linalg.solve(hold.units, hold.motions[:, hold.free])
+    scaled = np.linalg.solve(observability.units, observability.free)
     turns, moves = scaled[:3], scaled[3:]
     _, share, mixed = np.linalg.svd(turns)
     share = np.pad(share, (0, len(mixed) - len(share)))

@@ -6,8 +6,9 @@ import numpy as np
 
 from idem_ros.benchmarks.methods import CRITERIA, NEIGHBOURS, small_gicp
 from idem_ros.core import RegistrationResult, Status, register
+from idem_ros.core.balls import between_origins, from_origins
+from idem_ros.core.entropy import length_unit
 from idem_ros.core.joint_cloud import differences
-from idem_ros.core.joint_entropy import between_origins, from_origins, length_unit
 from idem_ros.core.metric import overlap_of
 from idem_ros.evaluation.settings import IDEM
 from idem_ros.refinement import Idem

@@ -24,8 +24,8 @@ from idem_ros.benchmarks.trust.scenes import real, simulated
 from idem_ros.benchmarks.trust.spread import spread, worst_coverage
 from idem_ros.benchmarks.trust.ways import ways
 from idem_ros.core import Cloud, register, warm_up
+from idem_ros.core.balls import between_origins
 from idem_ros.core.basin import gauge
-from idem_ros.core.joint_entropy import between_origins
 from idem_ros.core.stages import descend, prepare
 
 JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # cases of a kind

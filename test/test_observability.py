@@ -2,12 +2,13 @@ import naive
 import numpy as np
 import pytest
 from clouds import surface
+from costs import joint_entropy
 
 from idem_ros.benchmarks.bare_scenes import BARE_SCENES, BOX_AT, bare_case
 from idem_ros.benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, register, se3
-from idem_ros.core.constraint import _normal, hold_of, unit_motions
-from idem_ros.core.joint_entropy import JointEntropy, between_origins
+from idem_ros.core.balls import between_origins
+from idem_ros.core.observability import _normal, observability_of, unit_motions
 
 TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
 
@@ -58,11 +59,11 @@ def test_a_scene_that_holds_every_motion_leaves_none(rng):
 def test_strengths_are_those_of_the_equations(rng):
     target, source = Cloud(surface(rng, 900)), Cloud(surface(rng, 700))
     T, radius = se3.exp(0.01 * rng.normal(size=6)), 0.3
-    hold = hold_of(JointEntropy(target, source, radius, 'radius'), T)
+    found = observability_of(joint_entropy(target, source, radius), T)
     moved = se3.transform_points(T, source.points)
-    strength, balls = naive.hold(target.points, moved, radius, hold.units)
-    assert len(hold.along) == balls > 500
-    np.testing.assert_allclose(hold.strength, strength, rtol=1e-6)
+    strength, balls = naive.hold(target.points, moved, radius, found.units)
+    assert len(found.along) == balls > 500
+    np.testing.assert_allclose(found.strength, strength, rtol=1e-6)
 
 
 def test_the_roll_of_a_long_corridor_is_held(rng):
@@ -85,13 +86,15 @@ def test_the_roll_of_a_long_corridor_is_held(rng):
 def test_a_motion_is_held_by_the_surfaces_across_it():
     case = bare_case('box in corridor', 0)
     clouds = Cloud(case.target), Cloud(case.source)
-    joint = JointEntropy(*clouds, 0.4, 'radius')
-    hold = hold_of(joint, between_origins(*clouds, case.truth))
-    forth = int(np.argmax(np.abs(hold.motions[3])))  # along x: only the box is across it
-    motion, (of_target, of_source) = hold.held_by(forth)
+    cost = joint_entropy(*clouds, 0.4)
+    found = observability_of(cost, between_origins(*clouds, case.truth))
+    forth = int(np.argmax(np.abs(found.motions[3])))  # along x: only the box is across it
+    motion, (of_target, of_source) = found.determined_by(forth)
     assert np.abs(motion[3]) == pytest.approx(1.0, abs=0.05)
-    assert 0 < len(of_target) + len(of_source) < 0.1 * len(hold.along)
-    near = np.abs(joint.target.grid.points[of_target, 0] + clouds[0].origin[0] - BOX_AT[0]) < 0.8
+    assert 0 < len(of_target) + len(of_source) < 0.1 * len(found.along)
+    near = (
+        np.abs(cost.balls.target.grid.points[of_target, 0] + clouds[0].origin[0] - BOX_AT[0]) < 0.8
+    )
     assert near.mean() > 0.7
 
 

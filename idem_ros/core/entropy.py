@@ -1,0 +1,104 @@
+"""The entropy of a ball (Eq. 4), and q_i (Eq. 7) of some points at many poses."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core.grid import neighbours, room_for
+from idem_ros.core.jit import kernel
+from idem_ros.core.moments import (
+    AS_MEASURED,
+    TIE,
+    ball_moments,
+    covariance,
+    into_frame,
+    plus,
+    point_of,
+    rotated,
+)
+from idem_ros.core.symmetric3 import determinant
+
+TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimensions
+MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
+
+
+class Motions(NamedTuple):
+    """Rigid transforms as kernels take them."""
+
+    R: np.ndarray  # (K, 3, 3)
+    t: np.ndarray  # (K, 3)
+
+
+@kernel
+def entropy(moments, scale):
+    """Eq. 4: h = 1/2 ln((2 pi e)^3 det Sigma + 1), lengths divided by the scale."""
+    if moments[0] <= MOST_WITHOUT_ENTROPY:
+        return 0.0
+    det = max(determinant(covariance(moments)), 0.0) / scale**6
+    return 0.5 * np.log1p(TWO_PI_E_CUBED * det)
+
+
+def length_unit(length_scale, radius):
+    """Return what lengths are divided by before an entropy is taken."""
+    return radius if length_scale == 'radius' else 1.0
+
+
+@kernel
+def fill_differences(centres, others, chosen, motions, r2, scale, q, reach):
+    """Eq. 7 at each of K poses: fill q_i and the other cloud's points in reach, (n, K) each.
+
+    Of the chosen (n,) of a grid's points, each counting once, as points of the paper's cloud.
+
+    Args:
+        centres, others: `Grid`s of the two clouds.
+        motions: `Motions` that take the others' frame to that of the centres.
+    """
+    found, rows = room_for(centres)
+    found_there, rows_there = room_for(others)
+    for c in range(chosen.shape[0]):
+        p = point_of(centres.points, chosen[c])
+        n = neighbours(p[0], p[1], p[2], centres, r2, found, rows)
+        alone = ball_moments(p, centres.points, AS_MEASURED, found, 0, n, r2)
+        h = entropy(alone, scale)
+        for k in range(motions.R.shape[0]):
+            R = motions.R[k]
+            x = into_frame(p, R, motions.t[k])
+            n = neighbours(x[0], x[1], x[2], others, r2, found_there, rows_there)
+            reach[c, k] = n
+            q[c, k] = 0.0
+            if n > 0:
+                m = ball_moments(x, others.points, AS_MEASURED, found_there, 0, n, r2)
+                q[c, k] = entropy(plus(alone, rotated(R, m)), scale) - h
+
+
+@kernel
+def sums_of_each(q, reach, among):
+    """Return sums over rows of q (n, K), and how many of reach (n, K) are above 0, (K,) each.
+
+    among (n,): which rows. Row by row: the same bits for any K.
+    """
+    total, within = np.zeros(q.shape[1]), np.zeros(q.shape[1], np.int64)
+    for i in range(q.shape[0]):
+        if among[i]:
+            for k in range(q.shape[1]):
+                total[k] += q[i, k]
+                within[k] += reach[i, k] > 0.0
+    return total, within
+
+
+def differences_at_each(centres, others, transforms, radius, scale, chosen=None):
+    """Return what `fill_differences` does, (n, K) each: q_i and the other's points in reach.
+
+    Args:
+        centres, others: `Grid`s of the two clouds.
+        transforms: (K, 4, 4) that take the others' frame to that of the centres.
+        radius: of the balls, at most a cell of either grid.
+        scale: what lengths are divided by.
+        chosen: (n,) indices of centres; None: all.
+    """
+    chosen = np.arange(len(centres.points)) if chosen is None else chosen
+    R, t = transforms[:, :3, :3], transforms[:, :3, 3]
+    motions = Motions(np.ascontiguousarray(R), np.ascontiguousarray(t))
+    q, reach = np.empty((2, len(chosen), len(transforms)))
+    fill_differences(centres, others, chosen, motions, radius * radius * TIE, scale, q, reach)
+    return q, reach

@@ -1,0 +1,169 @@
+"""Two clouds prepared to be registered: voxels, the radius of Eq. 9, and the stages."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core.balls import Balls
+from idem_ros.core.blocks import Workers, in_threads
+from idem_ros.core.cloud import Cloud
+from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.cost import JointEntropy, NormalBalance
+from idem_ros.core.entropy import TWO_PI_E_CUBED, length_unit
+from idem_ros.core.linearization import BallCost
+from idem_ros.core.noise import widening
+from idem_ros.core.radii import last_radius, rounded, wide_radius, widest_useful
+from idem_ros.core.tuning import SolverTuning, TrustTuning
+
+FINE = 0.25  # of the radius: voxels of a crowded cloud
+ALIKE = 0.03  # of the radius squared: samplings at random differ by 0.01, from even ones by 0.08
+COPIES = 1e-9  # of the extent: points as near as that are one
+LEAST_POINTS = 5  # a point and its four neighbours
+
+
+class Sampling(NamedTuple):
+    """What differs between clouds of points as measured and clouds of voxels."""
+
+    last_radius: float  # of what Eq. 9 gives
+    apart: float  # of the radius: `SolverTuning.apart`
+    jumps: bool  # whether the minimum jumps by single points
+    levelled: bool  # whether curved surfaces are levelled where samplings differ
+
+
+class Stage(NamedTuple):
+    """One minimisation."""
+
+    radius: float
+    voxel_size: float | None  # None: the clouds as they were prepared
+    is_last: bool = False
+
+
+class Pair(NamedTuple):
+    """Two clouds, and the stages that they are registered in."""
+
+    target: Cloud
+    source: Cloud
+    stages: tuple[Stage, ...]  # coarse to fine; none where nothing can be registered
+    sampling: Sampling
+    config: RegistrationConfig
+    tuning: SolverTuning
+    trust: TrustTuning
+    workers: Workers
+
+    @property
+    def is_small(self):
+        """Whether a cloud has too few points to be registered."""
+        return min(map(len, self.clouds)) < LEAST_POINTS
+
+    @property
+    def clouds(self):
+        """Target and source."""
+        return self.target, self.source
+
+    def swapped(self):
+        """Return the pair with target and source exchanged."""
+        return self._replace(target=self.source, source=self.target)
+
+    def balls(self, stage):
+        """Return the `Balls` of a stage, on voxels as coarse as it is wide."""
+        clouds = self.clouds
+        if stage.voxel_size is not None:
+            clouds = _reduced(clouds, stage.voxel_size, self.workers)
+        return Balls(*clouds, stage.radius, self.workers)
+
+    def cost(self, stage):
+        """Return the cost of a stage: `NormalBalance` in the last, `JointEntropy` before."""
+        kind = NormalBalance if stage.is_last else JointEntropy
+        balls = self.balls(stage)
+        return kind(balls, self.ball_cost(balls, stage.is_last))
+
+    def ball_cost(self, balls, tangential):
+        """Return the `BallCost` of balls in a stage with the tangential weighting, or without."""
+        scale = length_unit(self.config.length_scale, balls.radius)
+        return BallCost(
+            r2=balls.r2,
+            c=TWO_PI_E_CUBED / scale**6,
+            noise=(self.tuning.noise * balls.radius) ** 2,
+            tangential=tangential,
+            valued=False,
+            apart2=(self.sampling.apart * balls.radius) ** 2,
+            levelled=tangential and self.sampling.levelled and not _are_alike(balls),
+        )
+
+
+def prepare(target, source, config, tuning, trust, workers):
+    """Return the `Pair`: voxels, radii of Eq. 9, the last one fit for noise.
+
+    It has no stages where a cloud has too few points, or all of them in one place.
+    """
+    clouds = (target, source)
+    if config.voxel_size is not None:
+        for cloud in clouds:
+            cloud.require_resolved(config.voxel_size)
+        clouds = _reduced(clouds, config.voxel_size, workers)
+    pair = Pair(*clouds, (), _sampling(clouds, tuning), config, tuning, trust, workers)
+    if pair.is_small:
+        return pair
+    if wide_radius(*clouds, config.a, workers) == 0.0:
+        clouds = [_without_copies(cloud) for cloud in clouds]
+        if min(map(len, clouds)) < LEAST_POINTS:
+            return pair
+    wide = wide_radius(*clouds, config.a, workers)  # Eq. 9
+    radius = pair.sampling.last_radius * last_radius(*clouds, config.a, workers)
+    radius = rounded(config.radius_schedule[-1] * radius)
+    if radius == 0.0:
+        return pair
+    target, source = (_uncrowded(cloud, radius, tuning) for cloud in clouds)
+    in_threads(workers, lambda cloud: cloud.thickness(radius), (target, source))
+    last = Stage(rounded(radius * widening(target, source, radius)), None, is_last=True)
+    pair = pair._replace(target=target, source=source)
+    return pair._replace(stages=(*_coarse_stages(pair, wide), last))
+
+
+def wider_stage(pair):
+    """Return a stage wider than the first; None where its balls would hold most of a cloud."""
+    first, factor = pair.stages[0], pair.tuning.wider
+    if factor * first.radius > widest_useful(*pair.clouds):
+        return None
+    return Stage(factor * first.radius, factor * first.voxel_size)
+
+
+def _coarse_stages(pair, wide):
+    """Yield the stages before the last, but for those whose balls would hold most of a cloud."""
+    widest = widest_useful(*pair.clouds)
+    finest = pair.config.voxel_size or 0.0
+    for factor in pair.config.radius_schedule[:-1]:
+        radius = rounded(factor * wide)
+        if radius <= widest:
+            yield Stage(radius, max(factor * finest, pair.tuning.spacing * radius))
+
+
+def _sampling(clouds, tuning):
+    if all(cloud.is_reduced for cloud in clouds):
+        return Sampling(tuning.voxel_radius, tuning.apart, jumps=False, levelled=False)
+    return Sampling(1.0, math.inf, jumps=True, levelled=True)
+
+
+def _are_alike(balls):
+    """Whether points are spread about those of their own cloud alike."""
+    spreads = []
+    for own in (cloud.own[cloud.own[:, 0] > 1.0] for cloud in balls.clouds):
+        spreads.append(np.mean((own[:, 4] + own[:, 7] + own[:, 9]) / own[:, 0]) if len(own) else 0)
+    return bool(abs(spreads[0] - spreads[1]) <= ALIKE * balls.r2)
+
+
+def _reduced(clouds, voxel_size, workers):
+    return in_threads(workers, lambda cloud: cloud.reduced(voxel_size), clouds)
+
+
+def _without_copies(cloud):
+    """Return a cloud with one point where points coincide; as it is, where all do."""
+    edge = COPIES * float(np.ptp(cloud.points))
+    return cloud.reduced(edge) if edge > 0.0 else cloud
+
+
+def _uncrowded(cloud, radius, tuning):
+    """Reduce a cloud of which a ball would hold hundreds of points: copies, or far denser."""
+    is_crowded = cloud.crowding(radius) > tuning.crowded
+    return cloud.reduced(FINE * radius) if is_crowded else cloud

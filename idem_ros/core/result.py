@@ -1,0 +1,121 @@
+"""What a registration returns: the pose, how it came about, what is observable, a verdict."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from idem_ros.core import joint_cloud, se3
+from idem_ros.core.assessment import ROS_ORDER, Agreement, Assessment, Verdict
+from idem_ros.core.balls import from_origins
+from idem_ros.core.entropy import length_unit
+from idem_ros.core.metric import overlap_of
+from idem_ros.core.newton import Termination
+from idem_ros.core.status import Status
+
+LEAST_PROBABILITY = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class RegistrationResult:
+    """The refined transform, and how well the clouds agree there.
+
+    Three things are told apart: how the iteration ended (`termination`), which motions the clouds
+    determine (`observable`), and what is to be thought of the pose (`assessment`). `status` sums
+    up the first two in a word; `is_usable` says whether to go on from the pose.
+    """
+
+    T_target_source: np.ndarray  # (4, 4): p_target = R p_source + t
+    status: Status
+    iterations: int = 0  # steps over all stages
+    q_tot: float = 0.0  # of the registered clouds (voxel means where voxel_size is given) [nat]
+    q_mean: float = 0.0  # q_tot per point that has a neighbour in the other cloud [nat]
+    overlap: float = 0.0  # fraction of the points that have one, of both clouds
+    radius: float = 0.0  # search radius of the last stage, in the clouds' unit
+    # (6, 6), x y z rx ry rz: stiffness against a motion of the source in the target frame
+    information: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    # (6, 6), likewise: six motions in rows, the one that the surfaces determine least first
+    motions: np.ndarray = field(default_factory=lambda: np.eye(6))
+    # (6,) bool: whether anything determines them; the others were left as guessed
+    observable: np.ndarray = field(default_factory=lambda: np.ones(6, bool))
+    termination: Termination = Termination.NOT_STARTED
+    # how likely the solve succeeded, 0 to 1, by its coarse stages; nan: there were none
+    confidence: float = float('nan')
+    assessment: Assessment | None = None  # None where it was not asked for
+
+    @property
+    def converged(self):
+        """Whether no step moves the source any more, and every motion is observable."""
+        return self.status is Status.CONVERGED
+
+    @property
+    def free_motions(self):
+        """The motions (k, 6), x y z rx ry rz, that are not observable."""
+        return self.motions[~self.observable]
+
+    @property
+    def is_usable(self):
+        """Whether to go on from the pose: as the next guess, on tf, as an answer.
+
+        By the verdict, and where none was asked for by the status. Motions that are not observable
+        do not hinder: along them the pose is as it was guessed.
+        """
+        if not self.observable.any():
+            return False
+        if self.assessment is None:
+            return self.status in (Status.CONVERGED, Status.DEGENERATE)
+        is_good = self.assessment.verdict in (Verdict.ALIGNED, Verdict.DEGENERATE)
+        return is_good and self.assessment.p_aligned >= LEAST_PROBABILITY
+
+
+def agreement_at(pair, balls, T):
+    """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
+    clouds = [cloud.points for cloud in pair.clouds]
+
+    def at(scale):
+        """Return q_i and points in reach, lengths over a scale."""
+        found = joint_cloud.differences(*clouds, T, balls.radius, scale)
+        return np.concatenate(found, axis=1)
+
+    q, reach = at(balls.radius)
+    sides = np.split(reach, [len(pair.target)])
+    _, overlap = overlap_of(*sides)
+    meeting = min(int(np.count_nonzero(side)) for side in sides)
+    scale = length_unit(pair.config.length_scale, balls.radius)
+    q_tot = float((q if scale == balls.radius else at(scale)[0]).sum())
+    return Agreement(q, reach, meeting, overlap), q_tot
+
+
+def result_at(pair, descent, agreement, q_tot, observability):
+    """Return the `RegistrationResult` of a `Descent`, without an assessment."""
+    solution, origin = descent.solution, pair.target.origin
+    meeting = int(np.count_nonzero(agreement.reach))
+    return RegistrationResult(
+        T_target_source=from_origins(pair.target, pair.source, solution.transform),
+        status=_status(solution, agreement, observability),
+        iterations=descent.iterations,
+        q_tot=q_tot,
+        q_mean=q_tot / meeting if meeting else 0.0,
+        overlap=agreement.overlap,
+        radius=descent.cost.balls.radius,
+        information=_in_ros_order(solution.matrix, origin),
+        motions=(se3.adjoint(se3.translation(origin)) @ observability.motions).T[:, ROS_ORDER],
+        observable=observability.observable,
+        termination=solution.termination,
+        confidence=descent.confidence,
+    )
+
+
+def _status(solution, agreement, observability):
+    if agreement.overlap == 0.0:
+        return Status.NO_OVERLAP
+    if solution.termination is Termination.NOT_STARTED:
+        return Status.AUDITED
+    if solution.loose or not observability.observable.all():
+        return Status.DEGENERATE
+    return Status(solution.termination.value)
+
+
+def _in_ros_order(matrix, origin):
+    """Move the matrix from the target's origin to its frame, and put the translation first."""
+    to_origin = se3.adjoint(se3.translation(-origin))
+    return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]

@@ -1,0 +1,29 @@
+"""What to try next, given what the tries so far showed: no clouds, no solving."""
+
+from typing import NamedTuple
+
+LEAST_CONFIDENCE = 0.5
+
+
+class Try(NamedTuple):
+    """One way to the first stage's minimum, and what it showed."""
+
+    stages: tuple  # gone through, from the guess
+    confidence: float  # that it ended in a valley, out of which every way leads up
+
+
+def next_try(tries, first, wider):
+    """Return the stages to go through next, from the same guess; () where that is enough.
+
+    A first stage that ends in no valley was too narrow for the guess: a wider one goes before it.
+
+    Args:
+        tries: each `Try` so far, in order.
+        first: the first stage of the schedule.
+        wider: one that is wider; None where its balls would hold most of a cloud.
+    """
+    if not tries:
+        return (first,)
+    if wider is None or len(tries) > 1 or tries[0].confidence > LEAST_CONFIDENCE:
+        return ()
+    return (wider, first)
