@@ -58,17 +58,6 @@ def assessment_record(said):
     }
 
 
-def is_usable(result):
-    """Return whether a pose is good enough to build upon: as the next guess, on /tf, as an answer.
-
-    It is aligned, along every motion that the clouds hold; without a verdict, it has converged.
-    """
-    said = result.assessment
-    if said is None or said.verdict is not Verdict.DEGENERATE:
-        return is_registered(result)
-    return isfinite(said.p_aligned)  # else nothing is known of it; a low one has another verdict
-
-
 def covariance_at(point, covariance, T_target_source):
     """Move the (6, 6) covariance of an `Assessment` from the source's origin to a point of it.
 

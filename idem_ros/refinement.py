@@ -16,7 +16,6 @@ from idem_ros.core import (
     q_tot,
     register,
 )
-from idem_ros.diagnostics import is_usable
 from idem_ros.pointcloud2 import PointsRead, read_points
 from idem_ros.preprocessing import Preprocessed, PreprocessingConfig, preprocess
 from idem_ros.targets import LEAST_POINTS, UnusableTarget
@@ -171,7 +170,7 @@ class Refiner:
         return np.eye(4) if pair.guess.T_first is None else pair.guess.T_first
 
     def _last_after(self, pair, frames, result):
-        if not is_usable(result):
+        if not result.is_usable:
             return self._last
         return _lineage(pair, frames), result.T_target_source
 

@@ -9,7 +9,7 @@ from idem_ros.benchmarks.trust.fit import (
     best_threshold,
     calibration_error,
     fitted,
-    fitted_credibility,
+    fitted_confidence,
     left_out,
     roc_area,
 )
@@ -57,9 +57,9 @@ def test_the_fit_recovers_a_model_that_made_the_labels(rng):
     np.testing.assert_allclose(found[:3], true[:3], rtol=0.15)
 
 
-def test_credibility_is_fitted_back_to_what_foretold(rng):
+def test_confidence_is_fitted_back_to_what_foretold(rng):
     told = rng.uniform(0.01, 0.99, 5000)
-    found = fitted_credibility([Way('a', bool(rng.random() < p), p) for p in told])
+    found = fitted_confidence([Way('a', bool(rng.random() < p), p) for p in told])
     np.testing.assert_allclose(found, LAST, rtol=0.1)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from idem_ros.core import RegistrationResult, Status, Verdict
 from idem_ros.core.assessment import Assessment
-from idem_ros.diagnostics import headline, is_usable
+from idem_ros.diagnostics import headline
 
 
 def result(status, verdict=None, p=0.9):
@@ -31,7 +31,7 @@ def result(status, verdict=None, p=0.9):
     ],
 )
 def test_a_pose_is_built_upon_where_it_is_aligned_along_all_that_the_clouds_hold(found, expected):
-    assert is_usable(found) is expected
+    assert found.is_usable is expected
 
 
 def test_the_verdict_leads_what_is_said_of_a_result():

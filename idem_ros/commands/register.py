@@ -41,7 +41,6 @@ def run(args):
     """Register, print and write."""
     from idem_ros.atomic_file import require_writable
     from idem_ros.core import register
-    from idem_ros.diagnostics import is_registered
     from idem_ros.files.cloud_file import read_cloud
     from idem_ros.files.pose_file import read_pose, write_pose
 
@@ -57,7 +56,7 @@ def run(args):
     if args.out:
         write_pose(args.out, result.T_target_source)
     print(_json(args, result) if args.json else _text(args, result, source))
-    return OK if is_registered(result) else FAILED
+    return OK if result.is_usable else FAILED
 
 
 def _preprocessed(file, points, config, is_target=False):

@@ -120,11 +120,9 @@ def _is_audit(settings):
 
 
 def _code(replays):
-    from idem_ros.diagnostics import is_registered
-
     if replays[0].interrupted:
         return INTERRUPTED
-    found = (any(is_registered(f.refinement.result) for f in each.frames) for each in replays)
+    found = (any(f.refinement.result.is_usable for f in each.frames) for each in replays)
     return OK if all(found) else FAILED
 
 

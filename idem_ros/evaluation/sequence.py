@@ -8,7 +8,7 @@ from time import perf_counter_ns
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from idem_ros.core import Cloud, IdemError, Status, warm_up
+from idem_ros.core import Cloud, IdemError, warm_up
 from idem_ros.core.se3 import inverse, transform_points
 from idem_ros.evaluation.frames import Frame, Replay, Sequence
 from idem_ros.evaluation.peers import method_of
@@ -30,7 +30,6 @@ from idem_ros.transform_message import stamp_ns
 
 ODOM = 'odom'
 SCANS_KEPT = 10  # of a submap
-FOUND = (Status.CONVERGED, Status.MAX_ITERATIONS)
 
 
 def odometry_each(
@@ -116,7 +115,7 @@ class _Odometry:
         found = self.method.register(*clouds, T_target_guess, config)
         time_ms = (perf_counter_ns() - start) / 1e6 + scan.read_ms
         result = self.method.judged(found, *clouds, config)
-        T = T_odom_target @ result.T_target_source if result.status in FOUND else T_guess
+        T = T_odom_target @ result.T_target_source if result.is_usable else T_guess
         return T, Refinement(
             stamp=scan.stamp,
             target_frame=ODOM,

@@ -1,11 +1,11 @@
-"""Train what judges results: the verdict's model, and the credibility of coarse stages."""
+"""Train what judges results: the verdict's model, and the confidence of coarse stages."""
 
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from multiprocessing import get_context
 
 from idem_ros.benchmarks.markdown import table
-from idem_ros.benchmarks.trust.fit import fitted, fitted_credibility, left_out
+from idem_ros.benchmarks.trust.fit import fitted, fitted_confidence, left_out
 from idem_ros.benchmarks.trust.poses import judged_poses
 from idem_ros.benchmarks.trust.scenes import real, simulated
 from idem_ros.benchmarks.trust.ways import ways
@@ -32,7 +32,7 @@ def run(context):
     n, m = len(builders + measured), len(builders)
     poses = [each for found in outcomes[:n] for each in found if each.right is not None]
     last, first = (
-        fitted_credibility([each for found in some for each in found])
+        fitted_confidence([each for found in some for each in found])
         for some in (outcomes[n : n + m], outcomes[n + m :])
     )
     weights = fitted(poses)

@@ -10,7 +10,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
-from idem_ros.diagnostics import headline, is_usable
+from idem_ros.diagnostics import headline
 from idem_ros.node.interface import SERVICES
 from idem_ros.node.messages import message_class
 from idem_ros.refinement import Refinement
@@ -28,7 +28,7 @@ def what_came_of(refinement: Refinement) -> Answer:
     result = refinement.result
     seconds, nanoseconds = divmod(refinement.stamp, 10**9)
     return Answer(
-        is_usable(result),
+        result.is_usable,
         f'{headline(result)}; {result.status.value}: q_tot {result.q_tot:.6g} nat, '
         f'overlap {result.overlap:.3g}, {refinement.time_ms:.1f} ms, '
         f'stamp {seconds}.{nanoseconds:09d}',

@@ -5,7 +5,6 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from idem_ros.core import Status
 from idem_ros.debug_clouds import aligned_points, points_with_q
-from idem_ros.diagnostics import is_usable
 from idem_ros.node.interface import OUTPUTS, TF_OUTPUT
 from idem_ros.node.messages import (
     class_needed,
@@ -71,7 +70,7 @@ class Outputs:
         Of a pose that was audited it is q_tot alone.
         """
         self._publishers['q_tot'].publish(q_tot_message(refinement))
-        usable = is_usable(refinement.result)
+        usable = refinement.result.is_usable
         is_wanted = usable or self._config.publish != ALIGNED
         if refinement.result.status is Status.AUDITED or not is_wanted:
             return

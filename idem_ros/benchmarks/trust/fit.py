@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from idem_ros.core.assessment import LEAST_OVERLAP
 from idem_ros.core.basin import LAST
+from idem_ros.core.tuning import TrustTuning
 from idem_ros.core.verdict_model import features, probability
 
 RIDGE = 1e-4  # on weights of standardised inputs: the classes are nearly separable
@@ -38,7 +38,7 @@ def fitted(poses):
 
 def is_seen(pose):
     """Whether a `Judged` pose is the model's to judge: nothing is free, and enough overlaps."""
-    return not pose.free and pose.overlap >= LEAST_OVERLAP
+    return not pose.free and pose.overlap >= TrustTuning().least_overlap
 
 
 def numbers_of(poses):
@@ -55,10 +55,10 @@ def left_out(poses):
     return found
 
 
-def fitted_credibility(ways):
-    """Return (slope, middle) of the credibility of the stage that `Way`s were foretold by."""
+def fitted_confidence(ways):
+    """Return (slope, middle) of the confidence of the stage that `Way`s were foretold by."""
     success = np.array([each.success for each in ways], float)
-    told = np.clip([each.credibility for each in ways], 1e-9, 1 - 1e-9)
+    told = np.clip([each.confidence for each in ways], 1e-9, 1 - 1e-9)
     slope, middle = LAST  # by which it was told: back to the mean contrast
     logarithm = np.log(middle) + np.log(told / (1 - told)) / slope
     design = np.c_[logarithm, np.ones(len(told))]

@@ -26,7 +26,10 @@ from idem_ros.benchmarks.trust.ways import ways
 from idem_ros.core import Cloud, register, warm_up
 from idem_ros.core.balls import between_origins
 from idem_ros.core.basin import gauge
-from idem_ros.core.stages import descend, prepare
+from idem_ros.core.blocks import ALONE
+from idem_ros.core.pair import prepare
+from idem_ros.core.stages import descend
+from idem_ros.core.tuning import SolverTuning, TrustTuning
 
 JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # cases of a kind
 QUICK = 12  # times fewer
@@ -139,7 +142,7 @@ def _freedom_goals(trials):
 
 def _basin_goals(solves):
     success = [each.success for each in solves]
-    area = roc_area([each.credibility for each in solves], success)
+    area = roc_area([each.confidence for each in solves], success)
     what = f'basin: 1 - area under the ROC curve, {sum(success)} of {len(solves)} solves succeed'
     yield Goal(what, 1 - area, UNFORETOLD)
 
@@ -153,7 +156,8 @@ def _cost_goals(config, case):
         for name in ('verdict', 'none')
     }
     T_guess = between_origins(target, source, start)
-    descent = descend(prepare(target, source, configs['none']), T_guess)
+    numbers = SolverTuning(), TrustTuning()
+    descent = descend(prepare(target, source, configs['none'], *numbers, ALONE), T_guess)
     calls = {
         name: lambda _, c=c: register(target, Cloud(case.source), start, c)
         for name, c in configs.items()

@@ -18,7 +18,7 @@ class Way(NamedTuple):
 
     kind: str
     success: bool
-    credibility: float
+    confidence: float
 
 
 def ways(kind, build, stages=None):
@@ -39,6 +39,6 @@ def ways(kind, build, stages=None):
         start = displaced(case.truth, case.centroid, degrees, spacings * case.spacing, rng)
         result = register(target, source, start, config)
         success = succeeded(case, *errors(case, result.T_target_source))
-        if np.isfinite(result.credibility):
-            found.append(Way(kind, success, result.credibility))
+        if np.isfinite(result.confidence):
+            found.append(Way(kind, success, result.confidence))
     return found
