@@ -28,7 +28,7 @@ INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros clean help $(PORTABLE)
+.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros fuzz clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -43,6 +43,7 @@ help:
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
 	@echo 'make test-ros  run the tests of launch and tf on an installed ROS 2 (docs/ros_tests.md)'
 	@echo 'make soak    hold the node to a working day: ten minutes of large clouds, overload, faults'
+	@echo 'make fuzz    10 000 spoilt recordings, results and parameter files each; Ctrl-C 600 times'
 	@echo 'make clean   remove the virtual environments and what was built'
 
 demo: $(READY)
@@ -133,6 +134,10 @@ test-ros: $(ROS_VENV)/.ready
 	.venv-ros/bin/python -m pip install --quiet --disable-pip-version-check \
 		--editable '.[plot,bench,test]'
 	@touch $@
+
+fuzz: $(READY)
+	$(BIN)/python fuzz $(ARGS)
+	IDEM_INTERRUPTS=50 $(BIN)/python -m pytest -q test/test_interrupts.py
 
 clean:
 	rm -rf $(VENV) .venv-ros $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
