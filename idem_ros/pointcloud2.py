@@ -10,7 +10,7 @@ from idem_ros.core.exceptions import InvalidCloud
 
 FLOAT32, FLOAT64 = 7, 8
 COORDINATE_TYPES = {FLOAT32: 'f4', FLOAT64: 'f8'}
-BLOCK = 4096  # points looked at in one go
+BLOCK = 1024  # points looked at in one go
 
 
 class InvalidPointCloud2(InvalidCloud):

@@ -146,7 +146,10 @@ class Targets:
         if is_target or self._are_sources:
             usable = [each for each in usable if each.stamp <= stamp]
         if not usable and is_target:
-            raise NoTarget('the only one is the source itself: it is the first of its topic')
+            raise NoTarget(
+                'the only one is the source itself, which is never its own target; '
+                'none came before it'
+            )
         if not usable:
             raise NotYet(self._why_none())
         return _first_of_each_frame(_in_order(usable, stamp, config, is_target))

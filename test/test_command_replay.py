@@ -148,7 +148,7 @@ def test_one_topic_as_target_and_source_registers_each_scan_to_the_one_before(fo
     assert [frame['target_frame'] for frame in frames] == ['lidar', 'lidar']
     assert 'target and source are one topic, /source' in out
     assert '--sequence scan' in out
-    assert 'it is the first of its topic' in out
+    assert 'which is never its own target' in out
 
 
 def test_where_no_pair_is_registered_it_says_so_and_the_exit_code_is_1(folder, capsys):

@@ -154,6 +154,16 @@ def test_transition_that_fails_leaves_the_state_and_the_next_try_works(bench, cl
     b.transform_of(FIRST)
 
 
+def test_a_topic_of_another_type_in_the_same_process_fails_the_transition_only(bench, clouds):
+    bench.node.set_parameters([Parameter('initial_guess.type', value='odometry')])
+    assert bench.node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    assert interface_of(bench.node) == []
+    bench.node.set_parameters([Parameter('initial_guess.type', value='transform')])
+    b = activated(bench)
+    send(b, clouds, FIRST)
+    b.transform_of(FIRST)
+
+
 def test_a_manager_leads_the_node_over_its_services(bench, clouds):
     def change(transition):
         request = ChangeState.Request()

@@ -58,7 +58,7 @@ def test_each_scan_of_one_topic_is_registered_to_the_scan_before(bench, clouds):
         if i:
             b.transform_of(FIRST + i * STEP)
     b.until(lambda: b.statuses('refused'))
-    assert 'it is the first of its topic' in b.statuses('refused')[0].message
+    assert 'which is never its own target' in b.statuses('refused')[0].message
     assert [stamp_ns(each) for each in b.received['transform']] == [FIRST + STEP, FIRST + 2 * STEP]
     for message, expected in zip(
         b.received['transform'], (T_TRUTH, inverse(T_TRUTH)), strict=True

@@ -156,7 +156,7 @@ def test_scans_of_one_topic_are_each_paired_with_the_one_before(rule):
     )
     (refusal,) = pairing.take_refusals()
     assert (refusal.stamp, refusal.role) == (LONG_AGO, 'source')
-    assert 'it is the first of its topic' in refusal.reason
+    assert 'which is never its own target' in refusal.reason
 
 
 def test_scans_of_one_topic_without_stamps_are_paired_in_the_order_they_came(pairing):

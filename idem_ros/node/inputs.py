@@ -82,8 +82,6 @@ class Inputs:
         }
         callbacks = {name: self._taking(name, add) for name, add in receivers.items()}
         self.subscriptions = Subscriptions(self._node, config, callbacks, self._traffic.note_lost)
-        kind = self.pairing.guess_type
-        self.subscriptions.listen(GUESSES if self.are_one else ('target', *GUESSES), kind)
         backwards = JumpThreshold(
             min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
         )
@@ -92,6 +90,8 @@ class Inputs:
         )
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self._node.create_timer(PERIOD, self._attend, clock=wall)
+        names = GUESSES if self.are_one else ('target', *GUESSES)
+        self.subscriptions.listen(names, self.pairing.guess_type)
 
     def listen(self) -> None:
         """Begin to listen to sources."""
