@@ -44,6 +44,17 @@ def test_a_recording_holds_the_target_once_and_each_source_with_guess_and_truth(
             assert (message.header.frame_id, message.child_frame_id) == ('target', 'source')
 
 
+def test_columns_are_chosen_for_all_files(folder):
+    for name in ('target', 'a'):
+        cloud = np.load(f'{name}.npy')
+        np.savetxt(f'{name}.csv', cloud[:, ::-1], delimiter=',', header='h,n,e', comments='')
+    argv = ['bag', 'target.csv', 'a.csv', '--out', 'out.mcap']
+    assert main(argv) == 1
+    assert main([*argv, '--columns', 'e,n,h']) == 0
+    for (_, _, message), name in zip(logged(), ('target', 'a'), strict=True):
+        np.testing.assert_allclose(read_points(message).points, np.load(f'{name}.npy'), atol=1e-6)
+
+
 def test_log_times_are_all_different(folder):
     main(['bag', 'target.npy', 'a.npy', 'b.npy', '--guess', 'a.txt', 'b.txt', '--out', 'out.mcap'])
     times = [log_time for _, log_time, _ in logged()]

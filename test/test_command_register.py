@@ -67,6 +67,19 @@ def test_far_from_the_origin_digits_and_deviations_still_say_something(files, ca
     assert max(map(float, metres)) < 0.01
 
 
+def test_columns_that_no_header_names_are_listed_and_may_be_chosen(files, capsys):
+    for name in ('target', 'source'):
+        rows = np.c_[np.arange(600), np.load(f'{name}.npy')]
+        np.savetxt(f'{name}.csv', rows, delimiter=';', header='a;b;c;d', comments='')
+    argv = ['register', 'target.csv', 'source.csv', '--guess', 'guess.txt']
+    assert main(argv) == 1
+    assert "its columns are 'a', 'b', 'c', 'd'" in capsys.readouterr().err
+    assert main([*argv, '--columns', '2,3,4']) == 0
+    assert main([*argv, '--columns', 'b,c,d']) == 0
+    with pytest.raises(SystemExit):
+        main([*argv, '--columns', '1,2'])
+
+
 def test_a_pose_that_is_not_aligned_has_no_standard_deviations(files, capsys):
     assert main(['register', 'target.npy', 'source.npy', '--voxel-size', '1000']) == 1
     out = capsys.readouterr().out

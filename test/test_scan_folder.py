@@ -55,6 +55,30 @@ def test_numbered_scans_come_in_the_order_of_their_numbers_with_the_stamps_of_th
     np.testing.assert_array_equal(read_cloud(folder.scans[1]), clouds[1])
 
 
+@pytest.mark.parametrize('suffix', ['.csv', '.txt', '.pts', '.npy', '.pcd.bin', '.xyz'])
+def test_scans_may_be_of_any_format_that_is_read(tmp_path, numbered, suffix, caplog):
+    clouds = [
+        read_cloud(scan) for scan in read_scan_folder(numbered, numbered / 'poses.tum').scans
+    ]
+    other = tmp_path / 'other'
+    other.mkdir()
+    for k, cloud in enumerate(clouds):
+        path = other / f'scan_{k:03d}{suffix}'
+        if suffix == '.npy':
+            np.save(path, cloud)
+        elif suffix == '.pcd.bin':
+            np.c_[cloud, np.zeros((len(cloud), 2))].astype('<f4').tofile(path)
+        else:
+            np.savetxt(path, cloud, delimiter=',', header='x,y,z')
+    copy(numbered / 'poses.tum', other / 'poses.txt')
+    (other / 'readme.txt').write_text('no scan\n')
+    found = read_scan_folder(other, other / 'poses.txt')
+    assert len(found.scans) == 4
+    for scan, cloud in zip(found.scans, clouds, strict=True):
+        np.testing.assert_allclose(read_cloud(scan), cloud, atol=1e-6)
+    assert 'not numbered, so no scans: readme.txt' in caplog.text
+
+
 def test_names_that_are_stamps_are_numbers(numbered):
     for old, new in ((2, '9.95'), (10, '10.05'), (18, '10.1'), (26, '11')):
         (numbered / f'scan_{old}.ply').rename(numbered / f'{new}.ply')

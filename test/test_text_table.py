@@ -233,6 +233,12 @@ def test_a_quotation_mark_that_stays_open_is_refused(tmp_path):
         read_cloud(tmp_path / 'scan.csv')
 
 
+def test_cells_may_hold_blanks_and_rows_a_note(tmp_path, points):
+    rows = [f'2020-01-01 12:00\t{row}\t#ff0000' for row in rows_of(points, '\t')]
+    rows[3] += ' # seen twice'
+    assert_reads(written(tmp_path / 'scan.csv', rows, 'time\tx\ty\tz\tcolour\n'), points)
+
+
 def test_every_digit_is_kept(tmp_path, rng):
     points = rng.normal(size=(50, 3)) + (431_234.5, 5_412_345.6, 312.0)
     np.savetxt(tmp_path / 'scan.txt', points)

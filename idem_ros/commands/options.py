@@ -19,7 +19,7 @@ TITLES = {
     PairingConfig: 'pairing of clouds by their stamps',
     GuessConfig: 'initial guesses',
 }
-CLOUD_KINDS = '.ply .pcd .xyz .txt .csv .pts .asc .bin .npy .las .laz .e57'
+CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .pts .asc .bin .npy .las .laz .e57'
 REPLAYED = tuple(TITLES)
 ROLES = {
     'target': 'PointCloud2',

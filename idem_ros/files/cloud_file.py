@@ -19,6 +19,8 @@ READERS = {
     '.ply': read_ply,
     '.pcd': read_pcd,
     '.xyz': read_text,
+    '.xyzn': read_text,
+    '.xyzrgb': read_text,
     '.txt': read_text,
     '.csv': read_text,
     '.pts': read_text,
@@ -42,7 +44,7 @@ def read_cloud(path, columns=None):
 
     .ply and .pcd in all their encodings; .npy of (N, 3) or more columns, or with fields x, y, z;
     .bin of float32 or float64 in 3 to 6 columns; .las, .laz, .e57 (extra `survey`); tables of
-    text (.xyz .txt .csv .pts .asc), whose header names x, y, z, else the first three columns.
+    text (.xyz .txt .csv .pts .asc ...), whose header names x, y, z, else their first columns.
 
     Args:
         path: the file; its suffix says what it is.

@@ -10,6 +10,7 @@ from idem_ros.files.unreadable import UnreadableCloud
 
 # LZF makes of three bytes at most 264; nothing that is larger can come of a file
 MOST_INFLATED = 100
+PADDING = b'\0\r\n '  # that writers add
 
 
 def read_pcd(path, columns=None):
@@ -36,6 +37,9 @@ def read_pcd(path, columns=None):
 def _rows(header, body, chosen):
     if header.points * header.size > len(body):
         _cut_off(header, len(body) // max(header.size, 1))
+    beyond = bytes(body[header.points * header.size :]).strip(PADDING)
+    if len(beyond) >= header.size:
+        _too_many(header, len(body) // header.size)
     dtype = np.dtype([(f'{i}', f.dtype, f.count) for i, f in enumerate(header.fields)])
     table = np.frombuffer(body, dtype, header.points)
     return _stacked(table[f'{header.fields.index(field)}'] for field in chosen)
@@ -73,11 +77,13 @@ def _ascii(header, body, chosen):
     rows = [row for row in bytes(body).split(b'\n') if row.strip()]
     if len(rows) < header.points:
         _cut_off(header, len(rows))
+    if len(rows) > header.points:
+        _too_many(header, len(rows))
     width = sum(field.count for field in header.fields)
     starts = np.cumsum([0, *(field.count for field in header.fields)])
     at = [int(starts[header.fields.index(field)]) for field in chosen]
     points = np.empty((header.points, 3))
-    for i, row in enumerate(rows[: header.points]):
+    for i, row in enumerate(rows):
         words = row.split()
         if len(words) != width:
             raise UnreadableCloud(
@@ -98,3 +104,7 @@ def _cut_off(header, found):
     raise UnreadableCloud(
         f'it is cut off: it holds {found} points where the header says {header.points}'
     )
+
+
+def _too_many(header, found):
+    raise UnreadableCloud(f'it holds {found} points where the header says {header.points}')

@@ -140,6 +140,8 @@ def _refuse_short(form, elements, body):
         least = [sum(each.least for each in element.properties) for element in elements]
         wanted = sum(n * each.count for n, each in zip(least, elements, strict=True))
         found, unit = len(body), 'bytes'
+    if form == 'ascii' and found > wanted:
+        raise UnreadableCloud(f'its header declares {wanted} lines, and {found} follow')
     if wanted > found:
         raise UnreadableCloud(
             f'it is cut off: its header declares {wanted} {unit} or more, and {found} follow'

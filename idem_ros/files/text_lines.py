@@ -5,6 +5,7 @@ import re
 from idem_ros.files.unreadable import UnreadableCloud
 
 MARKS = {b'\xef\xbb\xbf': 'utf-8-sig', b'\xff\xfe': 'utf-16', b'\xfe\xff': 'utf-16'}
+NOTE = re.compile(r'[ \t]+#([ \t].*)?$')  # after a row; without a blank it may be a colour
 COMMENT = ('#', '//', '%', '!')
 
 
@@ -34,6 +35,5 @@ def numbered_lines(text):
         if bare.startswith(COMMENT):
             comments.append((number, bare))
         elif bare.strip():
-            cut = bare.find('#') if '"' not in bare else -1
-            lines.append((number, bare[:cut].rstrip(' ') if cut > 0 else bare))
+            lines.append((number, NOTE.sub('', bare) if '#' in bare else bare))
     return lines, comments

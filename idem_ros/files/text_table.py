@@ -22,6 +22,7 @@ NO_NUMBER = re.compile(r'[+-]?(nan|inf|infinity|na|n/a|null|none)?$', re.IGNOREC
 SEPARATOR = re.compile(r'"?sep=(.)"?$', re.IGNORECASE)  # how Excel says its delimiter
 UNIT = re.compile(r'\s+([\[(])')
 LEAST_TO_COUNT = 10  # rows
+POINTS_FIRST = ('.pts', '.xyzn', '.xyzrgb')  # formats whose first three columns are x, y, z
 
 logger = logging.getLogger(__name__)
 
@@ -48,7 +49,7 @@ def read_text(path, columns=None):
     points = _numbers(table, chosen)
     if table.names is None and columns is None and table.width > 3:
         _refuse_counter(points)
-        if path.suffix.lower() != '.pts':
+        if path.suffix.lower() not in POINTS_FIRST:
             logger.warning(
                 '%s: no header says what its %d columns are: the first three are taken for '
                 'x, y and z; --columns says others',
@@ -87,14 +88,14 @@ def _delimiter(lines):
     for delimiter in ';|':
         if any(delimiter in row for row in rows):
             return delimiter
+    words = [word for row in rows for word in row.split()]
+    are_numbers = all(NUMBER[','].match(word) or NUMBER['.'].match(word) for word in words)
     if any('\t' in row for row in rows):
-        cells = [cell.strip(' "') for row in rows for cell in row.split('\t')]
-        return None if any(' ' in cell for cell in cells) else '\t'
+        cells = [cell.strip() for row in rows for cell in row.split('\t')]
+        return None if are_numbers and any(' ' in cell for cell in cells) else '\t'
     if not any(',' in row for row in rows):
         return None
-    words = [word for row in rows for word in row.split()]
-    with_signs = all(NUMBER[','].match(word) or NUMBER['.'].match(word) for word in words)
-    return None if with_signs and len(words) >= 3 * len(rows) else ','
+    return None if are_numbers and len(words) >= 3 * len(rows) else ','
 
 
 def _lone(line):
