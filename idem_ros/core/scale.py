@@ -31,6 +31,9 @@ def scale_left_open(balls, reach, T_target_source):
     """
     sides = (balls.target, np.eye(4)), (balls.source, T_target_source)
     of_each = np.split(reach, [len(balls.target.order)])
+    # what meets lies within the extent: where most do, most of those there do
+    if min(np.count_nonzero(r) / len(r) for r in of_each) >= LEAST_MET:
+        return ''
     points = [se3.transform_points(T, side.grid.points) for side, T in sides]
     meets = [r[side.order] > 0.0 for (side, _), r in zip(sides, of_each, strict=True)]
     met = min(_met(*points, meets[1]), _met(*points[::-1], meets[0]))
