@@ -114,9 +114,10 @@ def prepare(target, source, config, tuning, trust, workers):
     radius = rounded(config.radius_schedule[-1] * radius)
     if radius == 0.0:
         return pair
-    target, source = (_uncrowded(cloud, radius, tuning) for cloud in clouds)
-    in_threads(workers, lambda cloud: cloud.thickness(radius), (target, source))
-    last = Stage(rounded(radius * widening(target, source, radius)), None, is_last=True)
+    clouds = [_uncrowded(cloud, radius, tuning) for cloud in clouds]  # copies have no thickness
+    in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
+    last = Stage(rounded(radius * widening(*clouds, radius)), None, is_last=True)
+    target, source = (_uncrowded(cloud, last.radius, tuning) for cloud in clouds)
     pair = pair._replace(target=target, source=source)
     return pair._replace(stages=(*_coarse_stages(pair, wide), last))
 

@@ -46,8 +46,8 @@ class SolverTuning:
     )
     crowded: float = _tuned(
         60.0,
-        'points that share a cell of the last radius, on average (scans have up to 7): from here on '
-        'voxels of a quarter of it are as good, and bound the time of copies and of garbage',
+        'points that share a cell of the last radius, on average; scans have up to 7. From then '
+        'on voxels of a quarter of it are as good, and bound the time of copies and of garbage',
         float('inf'),
     )
     wider: float = _tuned(
