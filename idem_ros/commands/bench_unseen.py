@@ -1,10 +1,12 @@
-"""`idem bench real`: on scans that no number of the solver was chosen on."""
+"""`idem bench real` and `ablate`: on cases that no number of the solver was chosen on."""
 
 from dataclasses import replace
 
 from idem_ros.commands.bench_outputs import (
     QUICK,
+    add_jobs,
     add_output_options,
+    check_jobs,
     check_outputs,
     progress,
     write,
@@ -25,6 +27,17 @@ def add_parsers(kinds, own):
     add_output_options(real)
     add_config_options(real, without=own)
     real.set_defaults(run=_real)
+    ablate = kinds.add_parser(
+        'ablate',
+        help='what each tuned number is worth on cases that it was not chosen on',
+        description='Set each tuned number to its neutral value in turn, on new scans, seeds and '
+        'bodies. Ten minutes on two cores.',
+    )
+    ablate.add_argument('--number', action='append', metavar='NAME', help='only this one')
+    ablate.add_argument('--cases', metavar='PATTERN', help='only kinds of cases that hold this')
+    add_jobs(ablate)
+    add_output_options(ablate)
+    ablate.set_defaults(run=_ablate)
 
 
 def _real(args):
@@ -42,5 +55,31 @@ def _real(args):
     figures = measure_sets(sets, config, args.quick, progress)
     text = real_markdown(figures, sets) + QUICK.format('few pairs') * args.quick
     write(args, real_record(figures), text)
+    print(text)
+    return OK
+
+
+def _ablate(args):
+    from fnmatch import fnmatchcase
+
+    from idem_ros.benchmarks.ablate import ablate, compared_record, numbers
+    from idem_ros.benchmarks.ablate_report import ablation_markdown
+    from idem_ros.benchmarks.unseen import unseen
+
+    check_outputs(args)
+    check_jobs(args)
+    known = [number.name for number in numbers()]
+    for name in args.number or ():
+        if name not in known:
+            raise UsageError(f'--number is {name!r}; there are {", ".join(known)}')
+    pattern = f'*{(args.cases or "").lower()}*'
+    cases = [case for case in unseen(args.quick) if fnmatchcase(case.group.lower(), pattern)]
+    if not cases:
+        groups = ', '.join(dict.fromkeys(case.group for case in unseen()))
+        raise UsageError(f'--cases is {args.cases!r}, which no kind bears; there are {groups}')
+    chosen = numbers(args.number)
+    compared = ablate(cases, chosen, args.jobs, progress)
+    text = ablation_markdown(chosen, compared) + QUICK.format('few cases') * args.quick
+    write(args, compared_record(compared), text)
     print(text)
     return OK
