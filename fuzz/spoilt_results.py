@@ -20,7 +20,7 @@ COMMANDS = {
     'again': ['replay', '--again', 'RESULT'],
     'report': ['report', 'RESULT', '--out', 'report'],
 }
-SHARES = ['gate'] * 40 + ['compare'] * 20 + ['table'] * 20 + ['again'] * 18 + ['report'] * 2
+SHARES = ['gate'] * 40 + ['compare'] * 20 + ['table'] * 20 + ['again'] * 19 + ['report']
 
 
 class Results:

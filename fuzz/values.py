@@ -71,6 +71,8 @@ def spoilt_record(rng, record):
     """Return a copy of nested lists and mappings in which one to three places are others."""
     record = copy.deepcopy(record)
     for _ in range(chance(rng, 1, 1, 1, 2, 3)):
+        if not record:
+            break
         inner, key = _place(rng, record)
         how = rng.random()
         if how < 0.1:
@@ -121,6 +123,6 @@ def _place(rng, record):
 
 
 def _nested(rng, value):
-    for _ in range(chance(rng, 1, 5, 30, 200, 900)):
+    for _ in range(chance(rng, 1, 5, 30, 150)):
         value = [value]
     return value

@@ -14,6 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
+from idem_ros.interrupts import held_back
 from idem_ros.node.child import ended, node_command
 from idem_ros.node.player import Pace, Player, playing_node
 from idem_ros.recording.reader import Recording
@@ -174,13 +175,16 @@ def _started_node(topics: Topics, parameters: dict) -> Iterator[subprocess.Popen
     for name, topic in inputs.items():
         if topic:
             command += ['-r', f'~/{name}:=/{topic.lstrip("/")}']
-    child = subprocess.Popen(command)
+    child = None
     try:
+        with held_back():  # Ctrl-C in between would leave the node behind
+            child = subprocess.Popen(command)
         yield child
         if (code := ended(child)) != 0:
             raise NodeFailed(f'the node ended with exit code {code} on SIGTERM; it must be 0')
     finally:
-        ended(child)
+        if child is not None:
+            ended(child)
 
 
 def _wait_until_connected(child, player: Player, answers: _Answers) -> None:
