@@ -72,8 +72,8 @@ class _OnceNamed(Loader):
         said = [key.value for key, _ in node.value if key.id == 'scalar']
         if len(said) < len(node.value):
             raise yaml.YAMLError('a name is a list or a mapping; it must be a word')
-        if repeated := [name for name in set(said) if said.count(name) > 1]:
-            raise yaml.YAMLError(f'{repeated[0][:60]!r} is said twice')
+        if len(set(said)) < len(said):
+            raise yaml.YAMLError(f'{_repeated(said)[:60]!r} is said twice')
         return super().construct_mapping(node, deep)
 
 
@@ -142,10 +142,13 @@ def _require_shallow(value, depth=0):
 def _once_named(pairs):
     record = dict(pairs)
     if len(record) < len(pairs):
-        names = [name for name, _ in pairs]
-        repeated = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f'{repeated[:60]!r} is said twice')
+        raise ValueError(f'{_repeated(name for name, _ in pairs)[:60]!r} is said twice')
     return record
+
+
+def _repeated(names):
+    seen = set()
+    return next(name for name in names if name in seen or seen.add(name))
 
 
 def _finite(digits):

@@ -180,3 +180,8 @@ def test_a_verdict_that_no_frame_has_fails_its_rule(tmp_path):
     finding = found(tmp_path, read_result(tmp_path / 'icp.json'), 'verdict.aligned >= 0')
     assert (finding.value, finding.holds) == (None, False)
     assert finding.reason == 'no frame has a verdict'
+
+
+def test_a_rule_of_many_digits_is_refused_before_it_is_matched(tmp_path):
+    with pytest.raises(BadRules, match='rule 1 has 100010 letters'):
+        rules_of(tmp_path, 'frames > ' + '1' * 100_000 + 'x')

@@ -116,6 +116,12 @@ def test_json_that_no_record_is_is_refused_in_one_line(text, words):
     assert len(str(error.value)) < 200
 
 
+def test_many_names_of_which_the_last_comes_twice_take_no_square_of_time():
+    names = [*(f'"n{i}": 1' for i in range(200_000)), '"n199999": 2']
+    with pytest.raises(ValueError, match="'n199999' is said twice"):
+        parse_json(f'{{{", ".join(names)}}}'.encode())
+
+
 def test_json_keeps_what_it_says():
     text = b'{"a": [1, 1.5, null, true, "x", -9223372036854775808], "b": {}}'
     assert parse_json(text) == {'a': [1, 1.5, None, True, 'x', -(2**63)], 'b': {}}

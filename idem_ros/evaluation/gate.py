@@ -19,6 +19,7 @@ RULE = re.compile(
     r'(?P<bound>[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)',
     re.ASCII,
 )
+LONGEST = 200
 PERCENTILE = re.compile(r'p([1-9]\d?(\.\d)?)', re.ASCII)
 OPERATORS = {
     '<': operator.lt,
@@ -123,6 +124,8 @@ def _unspoken(rules, result):
 def _rule(given, place):
     kinds = {dict: 'a mapping', list: 'a sequence'}
     text = kinds.get(type(given)) or ('' if given is None else str(given).strip())
+    if len(text) > LONGEST:  # the time of the pattern grows with the square of the length
+        raise BadRules(f'{place} has {len(text)} letters; it must be {EXPECTED}')
     match = RULE.fullmatch(text)
     if match is None:
         raise BadRules(f'{place} is {text!r}; it must be {EXPECTED}')

@@ -8,6 +8,7 @@ from idem_ros.atomic_file import UnwritableFile, replacing
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import identity
 from idem_ros.evaluation.result_file import read_result
+from idem_ros.structured_text import parse_json
 
 MADE_WITH, SUMMARY = 'evaluation.json', 'summary.json'
 """What all results of a folder are made with, and what they are together."""
@@ -71,7 +72,7 @@ def _require_same(folder, made_with):
             'name a new folder'
         )
     try:
-        before = json.loads(path.read_text(encoding='utf-8'))
+        before = parse_json(path.read_bytes())
     except (OSError, ValueError) as error:
         raise OtherResults(f'{path} cannot be read: {error}; name a new folder') from error
     differing = sorted(_differing(before, json.loads(json.dumps(made_with))))
@@ -96,7 +97,8 @@ def _results_in(folder, made_with):
         if path.name in (MADE_WITH, SUMMARY) or re.match(r'\.', path.name):
             continue
         made_by = read_result(path).made_by or {}
-        if 'input' not in made_by or list(_differing_settings(made_by, made_with)):
+        known = {'name', 'size', 'sha256'} <= made_by.get('input', {}).keys()
+        if not known or list(_differing_settings(made_by, made_with)):
             raise OtherResults(f'{path} was made with other settings; name a new folder')
         yield identity(made_by['input']), path
 

@@ -7,6 +7,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.experiments import six_dof, table1, table2, verdict
 from idem_ros.experiments.experiment import Experiment, settings_of
 from idem_ros.experiments.figures import FIGURES
+from idem_ros.structured_text import parse_json
 
 # To add one: write `run(context)` in a module of this folder and add its record here.
 EXPERIMENTS = (
@@ -66,8 +67,9 @@ def run_or_keep(experiment, context):
 def _files_of(stamp, settings):
     """Return the names of the files that a stamp of these settings lists, else none."""
     try:
-        record = json.loads(stamp.read_text())
+        record = parse_json(stamp.read_bytes())
         files = record.pop('files')
-    except (OSError, ValueError, KeyError, AttributeError):
+        is_ours = record == settings and all(isinstance(name, str) for name in files)
+    except (OSError, ValueError, KeyError, AttributeError, TypeError):
         return []
-    return files if record == settings else []
+    return files if is_ours else []
