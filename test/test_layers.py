@@ -23,6 +23,7 @@ def imported_by(module):
         ('idem_ros.pairing', CORE_ONLY),
         ('idem_ros.preprocessing', CORE_ONLY),
         ('idem_ros.refinement', CORE_ONLY),
+        ('idem_ros.files.cloud_file', CORE_ONLY | {'pandas', 'lzf', 'laspy', 'pye57'}),
         ('idem_ros.recording', NO_ROS),
         ('idem_ros.evaluation.replay', NO_ROS),
         ('idem_ros.commands.main', NO_ROS | {'numba', 'rosbags'}),

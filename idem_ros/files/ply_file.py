@@ -14,7 +14,7 @@ def read_ply(path, columns=None):
     header = read_ply_header(path.read_bytes())
     element = header.vertices(columns)
     try:
-        ply = PlyData.read(io.BytesIO(header.text(until=element) + header.body), mmap=False)
+        ply = PlyData.read(io.BytesIO(b''.join((header.text(element), header.body))), mmap=False)
     except (PlyHeaderParseError, PlyParseError) as error:
         raise UnreadableCloud(f'it is cut off or damaged: {error}') from error
     records = ply.elements[element.index].data

@@ -47,7 +47,7 @@ class PlyHeader:
 
     format: str
     elements: list[PlyElement]
-    body: bytes
+    body: bytes | memoryview
 
     def vertices(self, columns=None):
         """Return the element whose rows are points.
@@ -98,9 +98,9 @@ def read_ply_header(content):
             _add_property(elements, words)
     if form is None:
         raise UnreadableCloud('its header has no line format')
-    body = content[at:]
+    body = memoryview(content)[at:]
     if form == 'ascii':
-        lines = body.removeprefix(MARK).replace(b'\r', b'\n').split(b'\n')
+        lines = content[at:].removeprefix(MARK).replace(b'\r', b'\n').split(b'\n')
         body = b'\n'.join(line for line in lines if line.strip()) + b'\n'
     _refuse_short(form, elements, body)
     return PlyHeader(form, elements, body)
