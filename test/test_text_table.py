@@ -54,7 +54,8 @@ def test_numbers_for_names_with_an_index_are_refused_and_columns_decide(tmp_path
     path = written(tmp_path / 'scan.csv', rows_of(points, ',', [number]), ',0,1,2\n')
     with pytest.raises(UnreadableCloud, match="'', '0', '1', '2'.*--columns"):
         read_cloud(path)
-    assert_reads(path, points, ('0', '1', '2'))
+    for columns in (('0', '1', '2'), (0, 1, 2), (2, 3, 4)):
+        assert_reads(path, points, columns)
 
 
 def test_numbers_for_names_without_an_index_are_no_point(tmp_path, points):
@@ -125,6 +126,7 @@ def test_what_contradicts_its_own_decimal_sign_is_refused(tmp_path, text):
         'vx,vy,vz,pos.x,pos.y,pos.z',
         'a,b,c,field.x,field.y,field.z',
         'Ori_x,Ori_y,Ori_z,X,Y,Z',
+        'a,b,c,X-Koordinate,Y-Koordinate,Z-Koordinate',
         'a,b,c,x_coord,y_coord,z_coord',
         'Rechts,hoch,c,Rechtswert,Hochwert,Höhe',
     ],
@@ -169,7 +171,7 @@ def test_which_columns_were_guessed_is_said(tmp_path, points, caplog):
 
 def test_a_first_column_that_counts_rows_is_not_taken_for_x(tmp_path, points):
     path = written(tmp_path / 'scan.txt', rows_of(points, ' ', [number]))
-    with pytest.raises(UnreadableCloud, match='counts the rows; --columns 2,3,4'):
+    with pytest.raises(UnreadableCloud, match='counts rows; --columns says'):
         read_cloud(path)
     assert_reads(path, points, (2, 3, 4))
 
@@ -237,6 +239,16 @@ def test_cells_may_hold_blanks_and_rows_a_note(tmp_path, points):
     rows = [f'2020-01-01 12:00\t{row}\t#ff0000' for row in rows_of(points, '\t')]
     rows[3] += ' # seen twice'
     assert_reads(written(tmp_path / 'scan.csv', rows, 'time\tx\ty\tz\tcolour\n'), points)
+
+
+def test_a_word_in_a_row_makes_it_no_header(tmp_path, points):
+    rows = rows_of(points, ',', after=[lambda i: 'tree top'])
+    assert_reads(written(tmp_path / 'scan.csv', rows), points)
+
+
+def test_a_minus_as_typographers_write_it_is_one(tmp_path, points):
+    rows = [row.replace('-', '\N{MINUS SIGN}') for row in rows_of(points, ';')]
+    assert_reads(written(tmp_path / 'scan.csv', rows, 'x;y;z\n'), points)
 
 
 def test_every_digit_is_kept(tmp_path, rng):

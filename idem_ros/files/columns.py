@@ -8,7 +8,15 @@ SHOWN = 12  # names in a message
 UNIT = re.compile(r'[\[({][^\])}]*[\])}]')
 TOKEN = re.compile(r'[^\W_]+')
 FILLING = {'point', 'points', 'pos', 'position', 'coord', 'coords', 'coordinate', 'coordinates'}
-FILLING |= {'m', 'xyz', 'cartesian', 'field', 'vertex'}  # Points_m_XYZ:0, position.x, x_m
+FILLING |= {
+    'koordinate',
+    'koordinaten',
+    'm',
+    'xyz',
+    'cartesian',
+    'field',
+    'vertex',
+}  # Points_m_XYZ:0, position.x, x_m
 WORDS = (
     {'x', 'easting', 'east', 'rechtswert'},
     {'y', 'northing', 'north', 'hochwert'},
@@ -21,14 +29,16 @@ def xyz_columns(names, columns=None):
     """Return the indices of x, y and z among names.
 
     Args:
-        names: of the columns, in their order; '' for one without.
+        names: list of the columns' names, in their order; '' for one without.
         columns: three names, or numbers from 1, chosen by the user; None: by what names mean.
+            Numbers that are all names are names.
 
     Raises:
         UnreadableCloud: they are not there, or more than one could be meant.
     """
     if columns is not None:
-        return tuple(_chosen(column, names) for column in columns)
+        by_name = all(names.count(str(column)) for column in columns)
+        return tuple(_chosen(column, names, by_name) for column in columns)
     for known in (_exact, _folded, _meant):
         found = [[i for i, name in enumerate(names) if known(name) == axis] for axis in range(3)]
         if all(len(each) == 1 for each in found):
@@ -41,7 +51,7 @@ def xyz_columns(names, columns=None):
 
 def numbered_columns(count, columns):
     """Return three indices of a table without names, given numbers from 1."""
-    return tuple(_chosen(column, [''] * count) for column in columns)
+    return tuple(_chosen(column, [''] * count, by_name=False) for column in columns)
 
 
 def parse_columns(text):
@@ -58,14 +68,14 @@ def parse_columns(text):
     return tuple(int(part) if part.isdecimal() else part for part in parts)
 
 
-def _chosen(column, names):
-    if isinstance(column, int) and str(column) not in names:
+def _chosen(column, names, by_name):
+    if isinstance(column, int) and not by_name:
         if not 1 <= column <= len(names):
             raise UnreadableCloud(f'it has {len(names)} columns, and no column {column}')
         return column - 1
-    if list(names).count(str(column)) != 1:
+    if names.count(str(column)) != 1:
         raise UnreadableCloud(f'no column, or more than one, is called {column!r} {_of(names)}')
-    return list(names).index(str(column))
+    return names.index(str(column))
 
 
 def _of(names):

@@ -6,6 +6,7 @@ from idem_ros.files.unreadable import UnreadableCloud
 
 MARKS = {b'\xef\xbb\xbf': 'utf-8-sig', b'\xff\xfe': 'utf-16', b'\xfe\xff': 'utf-16'}
 NOTE = re.compile(r'[ \t]+#([ \t].*)?$')  # after a row; without a blank it may be a colour
+MINUS = '\N{MINUS SIGN}'  # of Swedish and Norwegian desktops
 COMMENT = ('#', '//', '%', '!')
 
 
@@ -24,7 +25,7 @@ def text_of(content):
         text = content.decode('cp1252', errors='replace')
     if '\x00' in text:
         raise UnreadableCloud('it is no text: there are zero bytes in it')
-    return text
+    return text.replace(MINUS, '-')
 
 
 def numbered_lines(text):

@@ -117,7 +117,8 @@ def _check_counts(counts, rows):
 def _header(rows, delimiter):
     """Return the names of the first row, [] for a header that says nothing; None for no header."""
     cells = _split(rows[0][1], delimiter)
-    if not all(_is_number(cell) or NO_NUMBER.match(cell) for cell in cells):
+    numbers = sum(map(_is_number, cells))
+    if numbers < 3 and not all(_is_number(cell) or NO_NUMBER.match(cell) for cell in cells):
         glued = UNIT.sub(r'\1', rows[0][1]) if delimiter is None else rows[0][1]
         return _split(glued.lstrip('#/%! '), delimiter)
     ordinals = [str(k) for k in range(len(cells))]
@@ -258,8 +259,8 @@ def _refuse_counter(points):
         return
     if set(steps) <= {0.0, 1.0}:
         raise UnreadableCloud(
-            'no header says what its columns are, and the first counts the rows; '
-            '--columns 2,3,4 takes the next three'
+            'no header says what its columns are, and the first counts rows; --columns says '
+            'which are x, y and z, as 2,3,4'
         )
 
 
