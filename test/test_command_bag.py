@@ -55,6 +55,18 @@ def test_columns_are_chosen_for_all_files(folder):
         np.testing.assert_allclose(read_points(message).points, np.load(f'{name}.npy'), atol=1e-6)
 
 
+def test_scans_of_a_kitti_sequence_have_four_columns_whatever_they_look_like(tmp_path, rng):
+    poses, clouds = scans(rng)
+    write_kitti_sequence(tmp_path / 'drive', rng, poses, clouds)
+    rows = rng.normal(size=(300, 4)).astype('<f4')  # might be three columns, five or six
+    for path in (tmp_path / 'drive' / 'velodyne').iterdir():
+        rows.tofile(path)
+    assert main(['bag', str(tmp_path / 'drive'), '--out', str(tmp_path / 'out.mcap')]) == 0
+    for topic, _, message in logged(tmp_path / 'out.mcap'):
+        if topic in ('/target', '/source'):
+            np.testing.assert_array_equal(read_points(message).points, rows[:, :3])
+
+
 def test_log_times_are_all_different(folder):
     main(['bag', 'target.npy', 'a.npy', 'b.npy', '--guess', 'a.txt', 'b.txt', '--out', 'out.mcap'])
     times = [log_time for _, log_time, _ in logged()]

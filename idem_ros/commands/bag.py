@@ -6,6 +6,7 @@ from pathlib import Path
 from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.options import CLOUD_KINDS, add_columns_option
 
+KITTI_COLUMNS = 4  # x y z intensity, in every sequence
 DESCRIPTION = """\
 Write an MCAP with /target, /source, /initial_guess and /ground_truth, and no /tf,
 for `idem replay` and `idem play`. Either from files,
@@ -110,6 +111,7 @@ def _write_folder(args):
 
     folder = read_scan_folder(args.target, args.trajectory)
     start = args.start or 'velocity'
+    columns = args.columns or (None if args.trajectory else KITTI_COLUMNS)
     pairs = len(folder.scans) - 1
     messages = tqdm(
         folder_messages(folder, start, args.columns),
