@@ -180,8 +180,8 @@ class _Pass:
     selection: Selection
     truths: Truths = field(default_factory=Truths)
     refused: Spool = field(default_factory=Spool)
-    refused_target: str = ''
-    """Why the first of those was refused."""
+    unused: dict[str, str] = field(default_factory=dict)
+    """{role: why the first input of it was refused}, but for sources."""
     timeless: int = 0
     """How many of those started from a guess of stamp 0."""
     stamps: array = field(default_factory=lambda: array('q'))
@@ -212,6 +212,8 @@ class _Pass:
             self.truths.add(message)
             return
         if topic == self.topics.source and not self.selection.takes(log_time):
+            if topic == self.topics.target:  # it is the scan before the next one all the same
+                self.pairing.add_target(message)
             return
         for pair in self.inputs[topic](message):
             # all of them first: after an interruption each lane has the same pairs
@@ -223,8 +225,8 @@ class _Pass:
         for refusal in self.pairing.take_refusals():
             if refusal.role == 'source':
                 self.refused.append(refusal)
-            elif refusal.role == 'target':
-                self.refused_target = self.refused_target or refusal.reason
+            else:
+                self.unused.setdefault(refusal.role, refusal.reason)
 
     def finished(self, recording, interrupted):
         replays = [self._finished(lane, recording, interrupted) for lane in self.lanes]
@@ -267,7 +269,9 @@ class _Pass:
                 'to the one before it, never to itself; --sequence scan chains them'
             )
         if count := self.pairing.refused_targets:
-            yield f'{count} targets were refused and not used, the first: {self.refused_target}'
+            yield f'{count} targets were refused and not used: {self.unused.get("target", "")}'
+        if 'initial_guess' in self.unused:
+            yield f'guesses were refused and not used: {self.unused["initial_guess"]}'
         if note := self.selection.note():
             yield note
         if self.pairing.jumps:
