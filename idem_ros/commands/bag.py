@@ -114,7 +114,7 @@ def _write_folder(args):
     columns = args.columns or (None if args.trajectory else KITTI_COLUMNS)
     pairs = len(folder.scans) - 1
     messages = tqdm(
-        folder_messages(folder, start, args.columns),
+        folder_messages(folder, start, columns),
         total=4 * pairs,
         unit='msg',
         leave=False,
