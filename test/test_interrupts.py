@@ -20,7 +20,12 @@ from idem_ros.recording.embedded import MAGIC
 from idem_ros.recording.writer import write_mcap
 
 MOMENTS = int(os.environ.get('IDEM_INTERRUPTS', '1'))
-IDEM = [sys.executable, '-c', 'from idem_ros.commands.entry import main; raise SystemExit(main())']
+# Ctrl-C in the start of Python itself is Python's own, so the moments count from the first line
+IDEM = [
+    sys.executable,
+    '-c',
+    'from idem_ros.commands.entry import main; print(flush=True); raise SystemExit(main())',
+]
 COMMANDS = {
     'replay': 'replay scans.mcap --json OUT/a.json --out OUT/a.mcap --tum OUT/a.tum',
     'sequence': 'replay scans.mcap --sequence submap --json OUT/a.json',
@@ -76,10 +81,11 @@ def run(folder, arguments, moment=None, to_all=False):
         [*IDEM, *arguments],
         cwd=folder,
         start_new_session=True,
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
+    child.stdout.readline()
     try:
         _, err = child.communicate(timeout=moment)
     except subprocess.TimeoutExpired:
@@ -112,7 +118,7 @@ def test_ctrl_c_at_any_moment_ends_a_command_in_order(folder, tmp_path, name):
     for i in range(MOMENTS):
         out = tmp_path / str(i)
         out.mkdir()
-        moment = rng.uniform(0.15, LONGEST)
+        moment = rng.uniform(0.0, LONGEST)
         code, lines = run(
             folder, with_out(COMMANDS[name].split(), out), moment, rng.random() < 0.5
         )

@@ -1,18 +1,29 @@
 """The command `idem` as a process: Ctrl-C ends it in one line, from its first import on."""
 
+import os
 import signal
-import sys
-
-from idem_ros import interrupts
 
 INTERRUPTED = 130
 
 
+def _end_at_once(signum, frame):
+    os.write(2, b'idem: interrupted\n')
+    os._exit(INTERRUPTED)
+
+
+# on import, before all others: as long as nothing has begun, there is nothing to end in order
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, _end_at_once)
+
+
 def main():
     """Run `idem` with the arguments of the process, and end with its exit code."""
-    interrupts.listen()
+    from idem_ros import interrupts
+    from idem_ros.commands.main import main as run
+
     try:
-        code = _code()
+        interrupts.listen()
+        code = _code(run, interrupts.came)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
     except KeyboardInterrupt:
         code = _interrupted()
@@ -21,21 +32,19 @@ def main():
     return code
 
 
-def _code():
+def _code(run, came):
     try:
-        from idem_ros.commands.main import main as run
-
         code = run()
     except SystemExit as ended:
         code = ended.code
     except BaseException:
-        if not interrupts.came():
+        if not came():
             raise
         return _interrupted()
     # where the interrupt was swallowed, the command did all it was to do, or says so itself
-    return _interrupted() if interrupts.came() and code != INTERRUPTED else code
+    return _interrupted() if came() and code != INTERRUPTED else code
 
 
 def _interrupted():
-    print('idem: interrupted', file=sys.stderr)
+    os.write(2, b'idem: interrupted\n')
     return INTERRUPTED
