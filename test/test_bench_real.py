@@ -1,7 +1,9 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from clouds import motion
 from scipy.spatial import cKDTree
 
 from idem_ros.benchmarks.new_scans import ScanSet, scan_sets
@@ -10,6 +12,7 @@ from idem_ros.benchmarks.real import (
     Key,
     best_of,
     better_peers,
+    closures,
     measure_sets,
     real_markdown,
     real_record,
@@ -94,6 +97,16 @@ def test_every_voxel_size_of_idem_and_the_best_of_each_peer_are_in_the_table():
     assert len(json.loads(json.dumps(real_record(of)))['figures']) == len(of)
 
 
+def test_a_triangle_of_scans_is_closed_without_a_truth(rng):
+    T_ab, T_bc, error = motion(rng, 50, 2.0), motion(rng, 80, 1.0), motion(rng, 0.3, 0.01)
+    pairs = ('a', 'b'), ('b', 'c'), ('a', 'c'), ('c', 'd')
+    transforms = [T.tolist() for T in (T_ab, T_bc, error @ T_ab @ T_bc, error)]
+    of = figures(0.1, 1.0)
+    ((degrees, length),) = closures(replace(of, pairs=pairs, transforms=tuple(transforms)))
+    assert degrees == pytest.approx(0.3)
+    assert length == pytest.approx(0.01)
+
+
 def test_all_methods_are_measured_on_every_pair():
     pytest.importorskip('small_gicp')
 
@@ -102,7 +115,7 @@ def test_all_methods_are_measured_on_every_pair():
         return type(case)('pair', case.target[::4], case.source[::2], case.truth, voxel_size)
 
     scans = ScanSet(
-        'body', (('pair', build),), (0.008,), {'near': (1.0, 0.002)}, (5.0, 0.01), (0.0, 0.0)
+        'body', ((('a', 'b'), build),), (0.008,), {'near': (1.0, 0.002)}, (5.0, 0.01), (0.0, 0.0)
     )
     of = measure_sets([scans], RegistrationConfig(assessment='none'))
     assert {each.method for each in of} == {'IDEM', 'GICP', 'VGICP', 'PLANE_ICP'}

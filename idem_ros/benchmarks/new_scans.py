@@ -27,7 +27,8 @@ class ScanSet:
 
     Attributes:
         name: of the set.
-        pairs: (name, build) of each: build(voxel_size) makes the `Case`.
+        pairs: ((target, source), build) of each: the scans' names; build(voxel_size) makes the
+            `Case`.
         voxel_sizes: to register at.
         starts: {name of a level: (degrees, length)} that guesses are off the truth.
         right: (degrees, length) below which a result is right.
@@ -124,10 +125,10 @@ def _rigid(pose):
 
 
 def _from_truth(pair, folder, read, scale=1.0):
-    """Return (name, build) of a pair; scale: the set's unit over that of what read(path) gives."""
-    names = [pair[role] for role in ROLES]
+    """Return (names, build) of a pair; scale: from what read(path) gives to the set's unit."""
+    names = tuple(pair[role] for role in ROLES)
     name = f'{folder.name} {names[0]} {names[1]}'
-    return name, partial(_case, name, folder, names, pair['T_target_source'], read, scale)
+    return names, partial(_case, name, folder, names, pair['T_target_source'], read, scale)
 
 
 def _case(name, folder, names, T, read, scale, voxel_size):

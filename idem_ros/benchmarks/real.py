@@ -13,10 +13,11 @@ from idem_ros.benchmarks.chance import ratio_interval
 from idem_ros.benchmarks.markdown import number, table
 from idem_ros.benchmarks.methods import IDEM
 from idem_ros.benchmarks.raw_to_result import idem_from_raw, peer_from_raw, peer_settings
+from idem_ros.benchmarks.rings import closing
 from idem_ros.core import warm_up
 
 METHODS = (IDEM, 'GICP', 'VGICP', 'PLANE_ICP')
-QUICK_PAIRS = 2
+QUICK_PAIRS = 3
 PARTS = {'median': 50, 'p90': 90}
 UNITS = {'rotation': 'deg', 'translation': 'mm'}
 HEADER = (
@@ -32,6 +33,17 @@ its best. All stop at the same criteria; time is that of the CPU, one thread, ra
 "IDEM over it" is what holds 95 % of the ratios over 2 000 paired resamplings of the pairs.
 The truth is good to:
 """
+
+
+NEAR = 'near'
+CLOSING = """Where three scans were registered in pairs, the way over the middle one should end
+where the pair of the outer two does. No truth is needed: by how much it does not is the methods'
+and the scans' own. From near starts.
+"""
+CLOSING_HEADER = (
+    *('scans', 'method', 'voxels [mm]', 'triangles'),
+    *('rotation [deg] median', 'p90', 'translation [mm] median', 'p90'),
+)
 
 
 class Key(NamedTuple):
@@ -51,7 +63,8 @@ class Figures:
     Attributes:
         rotation: [deg]. translation: [mm]; of the source's centroid. time: [ms], of the CPU, raw
             points to result. right: below the limits of the set. far: how far the source's
-            points lie from where they belong, on average [mm].
+            points lie from where they belong, on average [mm]. pairs: names of target and source.
+            transforms: (4, 4) T_target_source, in the set's unit.
     """
 
     rotation: tuple
@@ -59,6 +72,8 @@ class Figures:
     time: tuple
     right: tuple
     far: tuple
+    pairs: tuple = ()
+    transforms: tuple = ()
 
 
 def measure_sets(sets, config, quick=False, progress=lambda steps, total: steps):
@@ -76,19 +91,19 @@ def measure_sets(sets, config, quick=False, progress=lambda steps, total: steps)
     steps = [
         (scans, pair, voxel)
         for scans in sets
-        for pair in scans.pairs[:: max(len(scans.pairs) // QUICK_PAIRS, 1) if quick else 1]
+        for pair in (scans.pairs[:QUICK_PAIRS] if quick else scans.pairs)
         for voxel in scans.voxel_sizes
     ]
     runs = defaultdict(list)
-    for scans, (name, build), voxel in progress(steps, len(steps)):
+    for scans, (pair, build), voxel in progress(steps, len(steps)):
         case = build(voxel)
         solvers = dict(_solvers(case, config))
         for level, off in scans.starts.items():
-            rng = np.random.default_rng(crc32(f'{name} {level}'.encode()))
+            rng = np.random.default_rng(crc32(f'{scans.name} {pair} {level}'.encode()))
             guess = displaced(case.truth, case.centroid, *off, rng)
             for (method, setting), solve in solvers.items():
                 key = Key(scans.name, level, method, 1e3 * scans.unit_m * voxel, setting)
-                runs[key].append(_run(scans, case, solve, guess))
+                runs[key].append(_run(scans, case, solve, guess, pair))
     return {key: Figures(*map(tuple, zip(*of, strict=True))) for key, of in runs.items()}
 
 
@@ -99,7 +114,7 @@ def _solvers(case, config):
             yield (setting.method, str(setting)), peer_from_raw(case, setting, tight=True)
 
 
-def _run(scans, case, solve, guess):
+def _run(scans, case, solve, guess, pair):
     begin = thread_time()
     T = solve(guess)
     ms = 1e3 * (thread_time() - begin)
@@ -108,7 +123,7 @@ def _run(scans, case, solve, guess):
     reach = np.sqrt(np.mean(np.sum((case.source - case.centroid) ** 2, axis=1)))
     to_mm = 1e3 * scans.unit_m
     far = to_mm * float(np.hypot(translation, np.radians(rotation) * reach))
-    return rotation, to_mm * translation, ms, right, far
+    return rotation, to_mm * translation, ms, right, far, pair, T.tolist()
 
 
 def best_of(figures, scans, level, method):
@@ -131,7 +146,36 @@ def real_markdown(figures, sets):
     better = better_peers(figures)
     truth = ''.join(f'- {_truth(scans)}\n' for scans in sets)
     lines = ''.join(f'- {line}\n' for line in better) or 'Nothing.\n'
-    return f'{table(HEADER, rows, left=5)}\n{NOTE}\n{truth}\nA peer does better:\n\n{lines}'
+    text = f'{table(HEADER, rows, left=5)}\n{NOTE}\n{truth}\nA peer does better:\n\n{lines}'
+    return f'{text}\n{CLOSING}\n{_closing_table(figures, sets)}'
+
+
+def _closing_table(figures, sets):
+    unit = {scans.name: 1e3 * scans.unit_m for scans in sets}
+    rows = []
+    for key in _told(figures):
+        gaps = closures(figures[key])
+        if gaps and key.level == NEAR:
+            gaps = np.array(gaps) * (1.0, unit[key.scans])
+            percentiles = np.percentile(gaps, list(PARTS.values()), axis=0).T.flat
+            rows.append(
+                (key.scans, key.method, f'{key.voxel_mm:g}', len(gaps), *map(number, percentiles))
+            )
+    return table(CLOSING_HEADER, rows, left=3)
+
+
+def closures(of):
+    """Return (rotation [deg], length) by which each triangle of scans fails to close.
+
+    From scan to scan to scan, against the pair of the outer two; no truth is needed.
+    """
+    at = dict(zip(of.pairs, map(np.array, of.transforms), strict=True))
+    return [
+        closing(at[a, b], at[b, c], at[a, c])
+        for a, b in at
+        for other, c in at
+        if other == b and (a, c) in at
+    ]
 
 
 def _truth(scans):
