@@ -6,7 +6,9 @@ import pytest
 from clouds import error_of, motion, surface
 
 from idem_ros.commands.main import main
+from idem_ros.commands.options import CLOUD_KINDS
 from idem_ros.core.se3 import inverse, transform_points
+from idem_ros.files.cloud_file import READERS
 from idem_ros.files.pose_file import read_pose, write_pose
 
 
@@ -65,6 +67,10 @@ def test_far_from_the_origin_digits_and_deviations_still_say_something(files, ca
     (said,) = [line for line in lines if 'at the middle of the source' in line]
     metres = said.split(': ')[1].split(' m,')[0].split()[1::2]
     assert max(map(float, metres)) < 0.01
+
+
+def test_the_help_names_every_format_that_is_read():
+    assert CLOUD_KINDS.split() == list(READERS)
 
 
 def test_columns_that_no_header_names_are_listed_and_may_be_chosen(files, capsys):

@@ -74,7 +74,7 @@ def _compressed(header, body, chosen):
 
 
 def _ascii(header, body, chosen):
-    rows = [row for row in bytes(body).split(b'\n') if row.strip()]
+    rows = [row for row in bytes(body).splitlines() if row.strip()]
     if len(rows) < header.points:
         _cut_off(header, len(rows))
     if len(rows) > header.points:
