@@ -17,14 +17,14 @@ def points_with_q(result, target, source, config):
     Args:
         result: `RegistrationResult` of the two.
         target, source: `Cloud`s that took part.
-        config: `RegistrationConfig` of the result; with a `voxel_size` the points are the voxel
-            means, which q_tot is of.
+        config: `RegistrationConfig` of the result; where it has a `voxel_size` the points are
+            the voxel means, which q_tot is of.
 
     Returns:
         points (N + M, 3), q_i (N + M,) [nat] and (N + M,): 0 of the target, 1 of the source.
     """
-    if config.voxel_size is not None:
-        target, source = target.reduced(config.voxel_size), source.reduced(config.voxel_size)
+    if (size := result.voxel_size) is not None:
+        target, source = target.reduced(size), source.reduced(size)
     T = result.T_target_source
     points = np.concatenate([target.points + target.origin, aligned_points(T, source)])
     cloud = np.repeat([0.0, 1.0], [len(target), len(source)])

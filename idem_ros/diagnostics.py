@@ -29,6 +29,7 @@ def refinement_values(refinement, dropped):
         'q_mean': repr(float(result.q_mean)),
         'overlap': repr(float(result.overlap)),
         'radius': repr(float(result.radius)),
+        'voxel_size': repr(float(result.voxel_size or 0.0)),  # as the parameter has it: 0.0: none
         'iterations': str(result.iterations),
         'status': result.status.value,
         'reason': reason(result),

@@ -4,7 +4,7 @@ import re
 from dataclasses import fields
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.parameters import default_of, parameter_name, value_of
+from idem_ros.parameters import is_real, parameter_name, value_of
 from idem_ros.structured_text import UnreadableText, read_yaml
 
 NODE = 'idem_node'
@@ -136,7 +136,7 @@ def _flat(parameters, prefix=''):
 
 def _number(field, value):
     """Return 1e-5 as the number it is for ROS: for YAML 1.1 it is a word, without its point."""
-    if not (isinstance(value, str) and isinstance(default_of(field), float)):
+    if not (isinstance(value, str) and is_real(field)):
         return value
     try:
         return float(value)

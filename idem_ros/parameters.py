@@ -42,6 +42,11 @@ def is_whole(each: Field) -> bool:
     return int in types or (type(each.default) is int)
 
 
+def is_real(each: Field) -> bool:
+    """Return whether a field is a number that need not be whole, or else None or a word."""
+    return isinstance(default_of(each), float) or float in get_args(each.type)
+
+
 def default_of(each: Field) -> Any:
     """Return a field's default as ROS can hold it: a list for a tuple, 0 for None."""
     if each.default is None:
@@ -86,8 +91,7 @@ def value_of(each: Field, given: Any) -> Any:
     is_number = not isinstance(given, bool)
     if is_optional(each) and is_number and given == 0:
         return None
-    is_float = isinstance(default_of(each), float)
-    return _as_float(given) if is_float else given
+    return _as_float(given) if is_real(each) else given
 
 
 def _as_float(value: Any) -> Any:

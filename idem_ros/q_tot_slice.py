@@ -1,6 +1,6 @@
 """A slice of q_tot around a pose, along x and y of the target frame, and what it encloses."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from idem_ros.core import Cloud, IdemError
 from idem_ros.core.cloud import as_cloud
+from idem_ros.core.config import AUTO
 from idem_ros.core.displacement import q_on_grid
 from idem_ros.core.landscape import Landscape
 from idem_ros.core.region_of_interest import region_on_grid
@@ -71,6 +72,7 @@ def slice_of(refinement, target, source, config):
     if not result.radius > 0.0:
         raise NoSlice(f'the last result has no radius: its status is {result.status.value}')
     poses = result.T_target_source, refinement.T_guess
+    config = replace(config, voxel_size=result.voxel_size)
     return slice_around(target, source, *poses, result.radius, config)
 
 
@@ -81,8 +83,9 @@ def slice_around(target, source, T_target_source, T_guess, radius, config, steps
         target, source: (N, 3) points, or `Cloud`s.
         T_target_source, T_guess: (4, 4).
         radius: of the result [m], above 0.
-        config: `RegistrationConfig` of the result. Without a `voxel_size` half the radius is
-            taken; of clouds that are larger still, coarser voxels and a radius that suits them.
+        config: `RegistrationConfig` of the result. Where its `voxel_size` is no number half the
+            radius is taken; of clouds that are larger still, coarser voxels and a radius that
+            suits them.
         steps: along each axis.
 
     Returns:
@@ -94,7 +97,8 @@ def slice_around(target, source, T_target_source, T_guess, radius, config, steps
     reach = np.clip(1.2 * offset, REACH * radius, WIDEST * radius)
     shifts = np.linspace(-reach, reach, steps)
     near = Cloud(_near(target, source, T, reach + 4 * radius)), Cloud(source)
-    clouds, size, radius = _reduced(near, config.voxel_size or radius / 2, radius)
+    size = radius / 2 if config.voxel_size in (None, AUTO) else config.voxel_size
+    clouds, size, radius = _reduced(near, size, radius)
     landscape = Landscape(*clouds, radius, config.length_scale, config.threads)
     q = q_on_grid(landscape, T, x=shifts, y=shifts).T
     return QTotSlice(shifts, q, size, landscape.radius)

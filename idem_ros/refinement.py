@@ -1,6 +1,6 @@
 """The one path from a pair of messages to a refined transform, for the node and for replay."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter_ns
 from typing import NamedTuple
 
@@ -137,6 +137,7 @@ class Refiner:
         preparing_ms = watch.lap()
         found = self._method.register(*clouds, T_guess, config)
         registering_ms = watch.lap()
+        config = replace(config, voxel_size=found.voxel_size)  # what "auto" was
         result = self._method.judged(found, *clouds, config)
         judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
         self.took_part = TookPart(*clouds, config)

@@ -204,7 +204,7 @@ def test_diagnostics_say_in_strings_what_came_out(pair):
     refined = Refiner().refine(pair)
     values = refinement_values(refined, dropped=3)
     assert list(values) == [
-        *('q_tot', 'q_mean', 'overlap', 'radius'),
+        *('q_tot', 'q_mean', 'overlap', 'radius', 'voxel_size'),
         *('iterations', 'status', 'reason', 'milliseconds'),
         *('verdict', 'verdict_reason', 'p_aligned', 'free_motions', 'basin', 'swap_gap'),
         *('sigma_xyz_m', 'sigma_xyz_rad'),
@@ -248,4 +248,4 @@ def test_what_took_part_in_the_last_refinement_is_kept(pair):
     refined = refiner.refine(pair)
     points = [refined.points_target, refined.points_source]
     assert [len(cloud) for cloud in refiner.took_part[:2]] == points
-    assert refiner.took_part.config == RegistrationConfig()
+    assert refiner.took_part.config == RegistrationConfig(voxel_size=None)  # so few: as given

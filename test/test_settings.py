@@ -37,7 +37,7 @@ def test_the_parameters_have_the_names_of_the_node():
 def test_what_a_record_lacks_is_as_by_default():
     record = through_json(CHANGED)
     del record['parameters']['voxel_size'], record['method']
-    assert from_record(record).config.voxel_size is None
+    assert from_record(record).config.voxel_size == 'auto'
     assert from_record(record).method == 'idem'
 
 

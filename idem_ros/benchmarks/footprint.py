@@ -100,7 +100,9 @@ def resident_and_peak():
 
 
 _MEASURED = {
-    'register': lambda target, source, T, a: register(target, source, T, RegistrationConfig(a=a)),
+    'register': lambda target, source, T, a: register(
+        target, source, T, RegistrationConfig(voxel_size=None, a=a)
+    ),
     'q_tot': lambda target, source, T, a: q_tot(Cloud(target), Cloud(source), T, a=a),
 }
 

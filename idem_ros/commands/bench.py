@@ -3,7 +3,7 @@
 import os
 from dataclasses import replace
 
-from idem_ros.commands import bench_unseen
+from idem_ros.commands import bench_unseen, bench_voxels
 from idem_ros.commands.bench_outputs import (
     QUICK,
     add_jobs,
@@ -50,6 +50,7 @@ def add_parser(subparsers):
     add_config_options(rings, without=OWN)
     rings.set_defaults(run=_rings)
     bench_unseen.add_parsers(kinds, OWN)
+    bench_voxels.add_parser(kinds, OWN)
     for name, run, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),

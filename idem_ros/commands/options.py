@@ -137,6 +137,8 @@ def _parser_of(field):
     """Return what turns an option's text into a value of the field's type."""
     if isinstance(field.default, tuple):
         return _numbers
+    if words := field.metadata.get('words'):
+        return lambda text: text if text in words else _real_or_none(text)
     kind = int if is_whole(field) else type(field.default)
     if not is_optional(field):
         return kind

@@ -92,6 +92,7 @@ def _json(args, result):
             'q_mean': result.q_mean,
             'overlap': result.overlap,
             'radius': result.radius,
+            'voxel_size': result.voxel_size,
             'information': result.information.tolist(),
             **assessment_record(result.assessment),
         },
@@ -101,7 +102,7 @@ def _json(args, result):
 
 
 def _text(args, result, source):
-    digits = _digits(result.T_target_source, source)
+    size, digits = result.voxel_size, _digits(result.T_target_source, source)
     rows = (
         ' '.join(f'{number:{digits + 7}.{digits}f}' for number in row)
         for row in result.T_target_source
@@ -112,7 +113,8 @@ def _text(args, result, source):
             *rows,
             f'{result.status.value} after {result.iterations} iterations: '
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
-            f'overlap {result.overlap:.1%}, radius {result.radius:.6g} m',
+            f'overlap {result.overlap:.1%}, radius {result.radius:.6g} m, '
+            + ('points as given' if size is None else f'voxels of {size:.6g} m'),
             *_said(result.assessment, result.T_target_source, source),
             *([] if args.guess else ['note: no --guess: the initial guess is the identity']),
         ]

@@ -13,6 +13,7 @@ from idem_ros.core.grid import Grid, bounds, build_grid
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import AS_MEASURED, TIE, own_moments
 from idem_ros.core.noise import SAMPLE, thickness_and_members
+from idem_ros.core.voxel_size import fit_of
 from idem_ros.core.voxels import reduce_to_voxels
 
 KEPT = 8  # results of each kind: enough for two schedules of four stages
@@ -148,6 +149,10 @@ class Cloud:
                 f'voxel_size is {voxel_size:g}, but the cloud reaches {extent:.3g} from its '
                 f'middle: it must be {extent / FINEST:.1g} at least, or none'
             )
+
+    def voxel_fit(self):
+        """Return how the points fill voxels, a `Fit`, or None; computed once."""
+        return self._kept.get('voxel_fit', None, lambda: fit_of(self._points))
 
     def reduced(self, voxel_size):
         """Return the cloud of voxel means, in this frame and with this origin; computed once.

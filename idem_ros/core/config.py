@@ -13,6 +13,7 @@ LENGTH_SCALES = ('radius', 'none')
 FREE_MOTIONS = ('guess', 'solve')
 ASSESSMENTS = ('none', 'verdict', 'swap')
 MODES = ('refine', 'audit')
+AUTO = 'auto'
 # Beyond these a value is a typing error, or asks for hours: no cloud is registered better by it.
 VOXEL_SIZES = 1e-9, 1e6
 FACTORS = 0.01, 1000.0
@@ -27,8 +28,12 @@ def _parameter(default, description, unit='', **metadata):
 class RegistrationConfig:
     """How two clouds are registered; `idem_ros.core.register` reads nothing else."""
 
-    voxel_size: float | None = _parameter(
-        None, 'edge of the voxels both clouds are reduced to first; none: points as given', 'm'
+    voxel_size: float | str | None = _parameter(
+        AUTO,
+        'edge of the voxels both clouds are reduced to first; "auto": what suits both, by their '
+        'spacing, the thickness of surfaces and the extent; none: points as given',
+        'm',
+        words=(AUTO,),
     )
     a: float = _parameter(
         1.0,
@@ -90,8 +95,8 @@ class RegistrationConfig:
                 _require_within(each.name, value, each.metadata['range'], each.type is int)
             if 'choices' in each.metadata:
                 _require_one_of(each.name, value, each.metadata['choices'])
-        if self.voxel_size is not None:
-            _require_within('voxel_size', self.voxel_size, VOXEL_SIZES)
+        if self.voxel_size not in (None, AUTO):
+            _require_within('voxel_size', self.voxel_size, VOXEL_SIZES, words=(AUTO,))
         self._check_schedule()
         if self.mode == 'audit' and self.assessment == 'none':
             raise InvalidConfig('mode is audit and assessment none: nothing would be said')
@@ -134,10 +139,11 @@ def _require_one_of(name, value, choices):
         raise InvalidConfig(f'{name} is {value!r}; it must be one of {choices}')
 
 
-def _require_within(name, value, limits, is_whole=False):
+def _require_within(name, value, limits, is_whole=False, words=()):
     low, high = limits
     types = int if is_whole else (int, float)
     is_number = isinstance(value, types) and not isinstance(value, bool)
     if not (is_number and low <= value <= high):
         kind = 'whole number' if is_whole else 'number'
-        raise InvalidConfig(f'{name} is {value!r}; it must be a {kind} from {low:g} to {high:g}')
+        right = ' or '.join([f'a {kind} from {low:g} to {high:g}', *map(repr, words)])
+        raise InvalidConfig(f'{name} is {value!r}; it must be {right}')

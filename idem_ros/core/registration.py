@@ -24,6 +24,7 @@ from idem_ros.core.scope import judged_in_scope
 from idem_ros.core.stages import descend, stay
 from idem_ros.core.status import Status
 from idem_ros.core.tuning import SolverTuning, TrustTuning
+from idem_ros.core.voxel_size import with_voxel_size
 
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
 SOLVER, TRUST = SolverTuning(), TrustTuning()
@@ -54,6 +55,7 @@ def register(target, source, T_target_source=None, config=None, *, tuning=SOLVER
     workers, late_workers = _workers(config)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     target, source = in_threads(Workers(config.threads), as_cloud, (target, source))
+    config = with_voxel_size(config, target, source)
     T_guess = between_origins(target, source, T)
     try:
         pair = prepare(target, source, config, tuning, trust, workers)  # voxels; radius of Eq. 9
@@ -135,6 +137,7 @@ def _unsolved(T, status, config, said, iterations=0):
         observable=np.zeros(6, bool),
         termination=termination,
         assessment=said,
+        voxel_size=config.voxel_size,
     )
 
 

@@ -41,6 +41,8 @@ class RegistrationResult:
     # how likely the solve succeeded, 0 to 1, by its coarse stages; nan: there were none
     confidence: float = float('nan')
     assessment: Assessment | None = None  # None where it was not asked for
+    # edge of the voxels, in the clouds' unit, as given or as found; None: points as given
+    voxel_size: float | None = None
 
     @property
     def converged(self):
@@ -102,6 +104,7 @@ def result_at(pair, descent, agreement, q_tot, observability):
         observable=observability.observable,
         termination=solution.termination,
         confidence=descent.confidence,
+        voxel_size=pair.config.voxel_size,
     )
 
 

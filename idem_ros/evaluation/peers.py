@@ -10,6 +10,7 @@ from idem_ros.core.balls import between_origins, from_origins
 from idem_ros.core.entropy import length_unit
 from idem_ros.core.joint_cloud import differences
 from idem_ros.core.metric import overlap_of
+from idem_ros.core.voxel_size import with_voxel_size
 from idem_ros.evaluation.settings import IDEM
 from idem_ros.refinement import Idem
 
@@ -63,7 +64,12 @@ class Peer:
 
     def register(self, target, source, T_target_source, config):
         """Register as `core.register` does; q_tot, overlap and radius are for `judged` to say."""
-        target, source = _registered(target, source, config)
+        config = with_voxel_size(config, target, source)
+        result = self._registered(target, source, T_target_source, config)
+        return replace(result, voxel_size=config.voxel_size)
+
+    def _registered(self, target, source, T_target_source, config):
+        target, source = _reduced(target, source, config)
         if min(len(target), len(source)) < LEAST_POINTS:
             return _unjudged(T_target_source, Status.TOO_FEW_POINTS)
         if target.fourth_neighbor_distance() == 0.0:
@@ -91,12 +97,12 @@ class Peer:
 
     def judged(self, result, target, source, config):
         """Return a result with q_tot, overlap and radius as IDEM would report them there."""
-        T = result.T_target_source
+        T, config = result.T_target_source, replace(config, voxel_size=result.voxel_size)
         one_step = replace(config, radius_schedule=config.radius_schedule[-1:], max_iterations=1)
         radius = register(target, source, T, one_step).radius
         if radius == 0.0:  # nothing to evaluate: as `register` has it
             return replace(result, q_tot=0.0, q_mean=0.0, overlap=0.0, radius=0.0)
-        target, source = _registered(target, source, config)
+        target, source = _reduced(target, source, config)
         pose, scale = between_origins(target, source, T), length_unit(config.length_scale, radius)
         (q_target, reach_target), (q_source, reach_source) = differences(
             target.points, source.points, pose, radius, scale
@@ -127,7 +133,7 @@ class Peer:
         return prepared, tree
 
 
-def _registered(target, source, config):
+def _reduced(target, source, config):
     """Return the clouds that IDEM would register last."""
     if config.voxel_size is None:
         return target, source

@@ -32,7 +32,7 @@ def draw_frame(bag, frame, path, config=None):
             raise IdemError(f'{bag} has no pair number {frame}; pairs count from 0')
         refinement = Refiner(config).refine(pair)
         target, source = (read_points(message).points for message in (pair.target, pair.source))
-    size = config.voxel_size
+    size = refinement.result.voxel_size
     clouds = [
         Cloud(points) if size is None else Cloud(points).reduced(size)
         for points in (target, source)

@@ -5,6 +5,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from idem_ros.core.config import VOXEL_SIZES
 from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.se3 import checked_transform
 
@@ -86,6 +87,7 @@ class Frame(_Record):
     overlap: Annotated[float, Field(ge=0, le=1)] | None = None
     p_aligned: Annotated[float, Field(ge=0, le=1)] | None = None
     radius: Size = None
+    voxel_size: Annotated[float, Field(ge=VOXEL_SIZES[0], le=VOXEL_SIZES[1])] | None = None
     basin: Size = None
     swap_gap: Number = None
     time_ms: Number = None

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from idem_ros.core import Cloud, IdemError, warm_up
 from idem_ros.core.se3 import inverse, transform_points
+from idem_ros.core.voxel_size import with_voxel_size
 from idem_ros.evaluation.frames import Frame, Replay, Sequence
 from idem_ros.evaluation.peers import method_of
 from idem_ros.evaluation.recorded_truth import is_relative, truth_topic_of
@@ -114,6 +115,7 @@ class _Odometry:
         clouds, config = (target, scan.cloud.cloud), self.settings.config
         found = self.method.register(*clouds, T_target_guess, config)
         time_ms = (perf_counter_ns() - start) / 1e6 + scan.read_ms
+        config = replace(config, voxel_size=found.voxel_size)  # what "auto" was
         result = self.method.judged(found, *clouds, config)
         T = T_odom_target @ result.T_target_source if result.is_usable else T_guess
         return T, Refinement(
@@ -145,8 +147,8 @@ class _Odometry:
         cloud = scan.cloud.cloud
         if self.settings.sequence == SCAN:
             return cloud
-        if (size := self.settings.config.voxel_size) is not None:
-            cloud = cloud.reduced(size)
+        size = with_voxel_size(self.settings.config, cloud, cloud).voxel_size
+        cloud = cloud if size is None else cloud.reduced(size)
         return transform_points(T_odom_scan, cloud.points + cloud.origin)
 
     def _target(self):

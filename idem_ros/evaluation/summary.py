@@ -55,6 +55,7 @@ def summary(replayed):
         **{name: replayed.lost.get(name, 0) for name in LOSSES},
         'time_ms': _percentiles(numbers[0], median=50, p95=95),
     }
+    result['voxel_sizes'] = _voxel_sizes(replayed.frames)
     for i, key in enumerate(('q_tot', *ERRORS)):
         before, after = numbers[2 * i + 1 : 2 * i + 3]
         result[key] = {
@@ -86,6 +87,7 @@ def table(replayed, audit=False):
         lines.append(_row('translation error [m]', numbers['translation_error_m'], columns))
         lines.append(_row('rotation error [deg]', numbers['rotation_error_deg'], columns))
     lines.append(_row('q_tot [nat]', numbers['q_tot'], columns))
+    lines += _voxels(replayed.frames)
     median, p95 = map(_number, numbers['time_ms'].values())
     lines.append(f'{"milliseconds":24}{"" if audit else " " * 24}{median}{p95} (p95)')
     if replayed.sequence and replayed.sequence.errors:
@@ -126,6 +128,7 @@ def _frame_record(frame):
         'q_mean': _known(result.q_mean),
         'overlap': _known(result.overlap),
         'radius': _known(result.radius),
+        'voxel_size': result.voxel_size,
         'time_ms': refinement.time_ms,
         'points_target': refinement.points_target,
         'points_source': refinement.points_source,
@@ -180,6 +183,22 @@ def _row(name, values, columns):
 
 def _number(value):
     return f'{"-":>12}' if value is None else f'{value:12.4g}'
+
+
+def _voxel_sizes(frames):
+    """Return {edge [m] in words: how many frames}, the most frequent first."""
+    sizes = Counter(frame.refinement.result.voxel_size for frame in frames)
+    return {
+        'points as given' if size is None else f'{size:.4g} m': count
+        for size, count in sizes.most_common()
+    }
+
+
+def _voxels(frames):
+    """Say the edge of the voxels; of several how many frames had each."""
+    sizes = _voxel_sizes(frames)
+    said = [each if len(sizes) == 1 else f'{each} ({count})' for each, count in sizes.items()]
+    return [f'{"voxels":24}    {", ".join(said)}'] if said else []
 
 
 def _counts(replayed, audit):

@@ -100,6 +100,8 @@ def _pictures(result, i, target, source):
         if not radius:
             return Pictures(images, 'no slice of q_tot: nothing was evaluated')
         config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
+        if 'voxel_size' in frame:  # what "auto" was
+            config = replace(config, voxel_size=frame['voxel_size'])
         slice_ = slice_around(target, source, T_refined, T_guess, radius, config, STEPS)
         offset = T_guess[:2, 3] - T_refined[:2, 3]
         images['q_tot'] = _png(views.draw_slice(slice_, offset))
