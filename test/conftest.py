@@ -1,4 +1,3 @@
-import os
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +13,6 @@ except ImportError:  # a ROS machine has it not; the modules that need it say so
 else:
     settings.register_profile('repeatable', deadline=None, derandomize=True)
     settings.load_profile('repeatable')
-
-# Workers that compile at once would spoil each other's cache: numba does not lock its index.
-if 'PYTEST_XDIST_WORKER' in os.environ:
-    caches = Path(os.environ.get('NUMBA_CACHE_DIR', ROOT / 'build' / 'kernels'))
-    os.environ['NUMBA_CACHE_DIR'] = str(caches / os.environ['PYTEST_XDIST_WORKER'])
 
 
 def pytest_collection_modifyitems(config, items):
