@@ -68,19 +68,23 @@ def _write_inputs(folder):
 
 def _judged(found):
     begin, codes, slowest, faults = time.monotonic(), Counter(), {}, 0
-    for each in found:
-        kind = each['kind']
-        codes[kind, each['code']] += 1
-        slowest[kind] = max(slowest.get(kind, 0.0), each['seconds'])
-        if each['fault']:
-            faults += 1
-            if faults <= SHOWN:
-                print(f'FAULT --only {kind}:{each["index"]}: {each["fault"][-3000:]}', flush=True)
-    for kind in slowest:
-        counted = {code: n for (of, code), n in codes.items() if of == kind}
-        ended = ', '.join(f'{n} with {code}' for code, n in sorted(counted.items(), key=str))
-        print(f'{kind}: {sum(counted.values())} ({ended}), slowest {slowest[kind]:.2f} s')
-    print(f'{faults} faults in {time.monotonic() - begin:.0f} s')
+    try:
+        for each in found:
+            kind = each['kind']
+            codes[kind, each['code']] += 1
+            slowest[kind] = max(slowest.get(kind, 0.0), each['seconds'])
+            if each['fault']:
+                faults += 1
+                if faults <= SHOWN:
+                    print(
+                        f'FAULT --only {kind}:{each["index"]}: {each["fault"][-3000:]}', flush=True
+                    )
+    finally:  # whoever interrupts it sees how far it came
+        for kind in slowest:
+            counted = {code: n for (of, code), n in codes.items() if of == kind}
+            ended = ', '.join(f'{n} with {code}' for code, n in sorted(counted.items(), key=str))
+            print(f'{kind}: {sum(counted.values())} ({ended}), slowest {slowest[kind]:.2f} s')
+        print(f'{faults} faults in {time.monotonic() - begin:.0f} s')
     return int(faults > 0)
 
 

@@ -21,7 +21,7 @@ def with_peers_of(results, path):
     """
     try:
         rows = {row['name']: row for row in json.loads(Path(path).read_text())['rows']}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise NotMeasured(
             f'{path} is no JSON of `idem bench accuracy` ({error}); make one with --json'
         ) from error

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from idem_ros.atomic_file import replacing
 from idem_ros.experiments.models import Model
+from idem_ros.printable import cell
 
 DPI = 200
 
@@ -64,8 +65,7 @@ def write_csv(path, header, rows):
     """Write a table of numbers and words; return the path."""
     with replacing(path) as temporary, temporary.open('w', newline='') as stream:
         writer = csv.writer(stream, lineterminator='\n')
-        writer.writerow(header)
-        writer.writerows(rows)
+        writer.writerows(map(cell, row) for row in [header, *rows])
     return Path(path)
 
 

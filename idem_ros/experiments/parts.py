@@ -17,5 +17,5 @@ def read_part(path, made_with):
     try:
         part = json.loads(path.read_text())
         return part['record'] if part['made_with'] == made_with else None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None

@@ -172,5 +172,5 @@ def _read(path, common):
             for each in record.pop('figures')
         ]
         return Outcome(**record, figures=figures)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
