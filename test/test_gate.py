@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pytest
 from results import write_result
@@ -185,3 +187,20 @@ def test_a_verdict_that_no_frame_has_fails_its_rule(tmp_path):
 def test_a_rule_of_many_digits_is_refused_before_it_is_matched(tmp_path):
     with pytest.raises(BadRules, match='rule 1 has 100010 letters'):
         rules_of(tmp_path, 'frames > ' + '1' * 100_000 + 'x')
+
+
+def test_an_interrupted_or_partial_result_does_not_pass_unless_a_rule_allows_it(tmp_path):
+    path = tmp_path / 'a.json'
+    write_result(path, time_ms=[10, 20, 30])
+    record = json.loads(path.read_text())
+    record['summary'] |= {'interrupted': True, 'messages_left_out': 3, 'files_extra': 1}
+    path.write_text(json.dumps(record))
+    [kept] = findings(rules_of(tmp_path, 'frames >= 1'), [read_result(path)])
+    assert [(each.rule.text, each.holds) for each in kept] == [
+        ('frames >= 1', True),
+        ('interrupted == 0', False),
+        ('messages_left_out == 0', False),
+    ]
+    rules = rules_of(tmp_path, 'interrupted <= 1', 'messages_left_out < 5', 'files_extra == 0')
+    [spoken] = findings(rules, [read_result(path)])
+    assert [(each.value, each.holds) for each in spoken] == [(1, True), (3, True), (1, False)]

@@ -1,9 +1,12 @@
 """Channels nobody asked for cannot hurt; what is asked for is read by the standard's types."""
 
+import sqlite3
+from contextlib import closing
+
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, IndexType, Writer
-from recordings import TOPICS, scans
+from recordings import TOPICS, scans, write_sqlite3
 from rosbags.typesys import Stores, get_typestore
 
 from idem_ros.pointcloud2 import read_points
@@ -178,3 +181,19 @@ def test_two_definitions_of_one_nested_type_concern_each_its_own(tmp_path, rng):
         assert len(list(recording.messages(['/source', '/target']))) == 4
         with pytest.raises(UnreadableTopic, match=r'header\.seq stands where header\.stamp'):
             recording.require_readable('/initial_guess')
+
+
+def test_foreign_topics_and_definitions_of_a_db3_change_nothing(tmp_path, rng):
+    messages = list(scans(rng))
+    write_sqlite3(tmp_path / 'x', messages)
+    with closing(sqlite3.connect(tmp_path / 'x/x.db3')) as database, database:
+        foreign = ('/log', 'foxglove.Log', 'json', '', '')
+        database.execute('INSERT INTO topics VALUES (99, ?, ?, ?, ?, ?)', foreign)
+        database.execute("INSERT INTO messages VALUES (999, 99, 5, '{}')")
+        strange = ('foxglove.Log', 'protobuf', b'\xff\x00', '')
+        database.execute('INSERT INTO message_definitions VALUES (99, ?, ?, ?, ?)', strange)
+    with open_recording(tmp_path / 'x/x.db3') as recording:
+        assert recording.topics['/log'] == Topic('foxglove.Log (json)', 1)
+        logged = [each[:2] for each in recording.messages(list(TOPICS))]
+    assert logged == [each[:2] for each in messages]
+    assert recording.warnings == []

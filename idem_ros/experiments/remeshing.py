@@ -3,7 +3,7 @@
 import numpy as np
 
 SEARCH_STEPS = 14  # halvings of the bracket of edge lengths
-SAMPLES = 40  # dense samples per point that is kept, where there is no pymeshlab
+SAMPLES = 100  # dense samples per point that is kept, where there is no pymeshlab
 NEIGHBOURS = 6
 
 
@@ -12,17 +12,21 @@ def remeshed(model, count, rng):
 
     Isotropic explicit remeshing as in MeshLab, the paper's filter, at the longest edge that
     leaves `count` vertices; of the few too many some are left out by chance. Without pymeshlab,
-    farthest points among dense samples of the triangles; without triangles, among the midpoints
-    between neighbouring vertices.
+    the model's own vertices, thinned evenly and moved along the surface as that filter does it,
+    without its new edges; without triangles, farthest points among the midpoints between
+    neighbouring vertices.
     """
     if len(model.faces) and (pymeshlab := _pymeshlab()):
         points = _isotropic(pymeshlab, model, count)
         how = 'isotropic explicit remeshing (pymeshlab)'
         return points[np.sort(rng.choice(len(points), count, replace=False))], how
     if len(model.faces):
+        samples = surface_samples(model, SAMPLES * count, rng)
+        has_enough = len(model.vertices) >= count
+        candidates = model.vertices if has_enough else np.vstack([model.vertices, samples])
         return (
-            farthest_points(surface_samples(model, SAMPLES * count, rng), count, rng),
-            'farthest points of dense samples of the triangles, for want of pymeshlab',
+            relaxed(farthest_points(candidates, count, rng), samples),
+            'vertices thinned evenly and relaxed along the triangles, for want of pymeshlab',
         )
     return (
         farthest_points(midpoints(model.vertices), count, rng),
@@ -40,6 +44,22 @@ def farthest_points(points, count, rng):
         np.minimum(apart, away, out=apart)
         chosen[k] = np.argmax(apart)
     return points[chosen]
+
+
+def relaxed(points, samples):
+    """Return points moved to the middles of their shares of a surface, once, (N, 3).
+
+    Args:
+        points: (N, 3) on the surface.
+        samples: (M, 3) of it, dense; the middles are taken to the nearest of them.
+    """
+    from scipy.spatial import cKDTree
+
+    _, owner = cKDTree(points).query(samples)
+    counts = np.maximum(np.bincount(owner, minlength=len(points)), 1)
+    sums = [np.bincount(owner, axis, len(points)) for axis in samples.T]
+    _, nearest = cKDTree(samples).query(np.transpose(sums) / counts[:, None])
+    return samples[nearest]
 
 
 def _pymeshlab():
