@@ -47,7 +47,7 @@ help:
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
 	@echo 'make test-ros  run the tests of launch and tf on an installed ROS 2 (docs/ros_tests.md)'
 	@echo 'make soak    hold the node to a working day: ten minutes of large clouds, overload, faults'
-	@echo 'make fuzz    10 000 spoilt recordings, results and parameter files each; Ctrl-C 600 times'
+	@echo 'make fuzz    10 000 spoilt recordings, results, parameter files and clouds each; Ctrl-C 600 times'
 	@echo 'make clean   remove the virtual environments and what was built'
 
 demo: $(READY)
@@ -142,6 +142,7 @@ test-ros: $(ROS_VENV)/.ready
 
 fuzz: $(READY)
 	$(BIN)/python fuzz $(ARGS)
+	IDEM_FUZZ=10000 $(BIN)/python -m pytest -q test/test_fuzz_files.py
 	IDEM_INTERRUPTS=50 $(BIN)/python -m pytest -q test/test_interrupts.py
 
 clean:

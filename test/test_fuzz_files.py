@@ -22,7 +22,7 @@ from idem_ros.files.cloud_file import READERS, read_cloud
 from idem_ros.files.pose_file import read_pose
 from idem_ros.files.trajectory_file import read_trajectory
 
-EXAMPLES = int(os.environ.get('IDEM_FUZZ', '400'))
+EXAMPLES = int(os.environ.get('IDEM_FUZZ', '200'))
 SMALL = 3_000_000  # [bytes] that the libraries take for a file of no size
 many = settings(
     max_examples=EXAMPLES,

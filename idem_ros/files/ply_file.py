@@ -2,6 +2,7 @@
 
 import io
 
+from idem_ros.files.columns import xyz_columns
 from idem_ros.files.ply_header import read_ply_header
 from idem_ros.files.records import points_of_records
 from idem_ros.files.unreadable import UnreadableCloud
@@ -19,6 +20,7 @@ def read_ply(path, columns=None):
         raise UnreadableCloud(f'it is cut off or damaged: {error}') from error
     records = ply.elements[element.index].data
     named = [element.properties[i].name for i in range(len(records.dtype.names))]
+    xyz_columns(named, columns)  # before doubled names are told apart
     records = records.copy()
     records.dtype.names = tuple(_distinct(named))
     return points_of_records(records, columns)
