@@ -193,6 +193,7 @@ def test_big_endian_ply_with_faces_before_the_points(tmp_path, points):
         (PLY.replace('ascii', 'binary_little_endian').replace('40', '9999'), 'declares 119988'),
         (PLY.replace('float x', 'float a'), "element vertex|columns are 'a', 'y', 'z'"),
         (PLY.replace('float z', 'float z\nproperty float x'), "columns are 'x', 'y', 'z', 'x'"),
+        (PLY.replace('end_h', 'property float t\nend_h'), "element 'vertex': row 0: property 't'"),
         (PLY.replace('float x', 'real x'), "has a line 'property real x', which PLY has not"),
         (PLY.replace('vertex 40', 'vertex -4'), 'must say name and count'),
         (PLY.replace('vertex', 'a').replace('end_h', TWICE + 'end_h'), "it has: 'a', 'b'"),

@@ -14,29 +14,26 @@ def read_ply(path, columns=None):
 
     header = read_ply_header(path.read_bytes())
     element = header.vertices(columns)
+    names = [each.name for each in element.properties]
+    xyz_columns(names, columns)  # before others of the same name are told apart
+    regular = io.BytesIO(b''.join((header.text(element), header.body)))
     try:
-        ply = PlyData.read(io.BytesIO(b''.join((header.text(element), header.body))), mmap=False)
+        ply = PlyData.read(regular, mmap=False)
     except (PlyHeaderParseError, PlyParseError) as error:
-        raise UnreadableCloud(f'it is cut off or damaged: {error}') from error
-    records = ply.elements[element.index].data
-    named = [element.properties[i].name for i in range(len(records.dtype.names))]
-    xyz_columns(named, columns)  # before doubled names are told apart
-    records = records.copy()
-    records.dtype.names = tuple(_distinct(named))
+        raise UnreadableCloud(f'it is cut off or damaged: {_said(error, header)}') from error
+    records = ply.elements[element.index].data.copy()
+    records.dtype.names = tuple(
+        name if names.count(name) == 1 else f'{name} {i}' for i, name in enumerate(names)
+    )
     return points_of_records(records, columns)
 
 
-def _distinct(names):
-    """Give names that come again a number."""
-    seen = {}
-    for name in names:
-        seen[name] = seen.get(name, 0) + 1
-    counts, result, taken = {}, [], set(names)
-    for name in names:
-        counts[name] = counts.get(name, 0) + 1
-        new = name if counts[name] == 1 else f'{name}_{counts[name]}'
-        while counts[name] > 1 and new in taken:
-            new += '_'
-        taken.add(new)
-        result.append(new)
-    return result
+def _said(error, header):
+    """Return what plyfile says, with the file's own names for those of the regular header."""
+    text = str(error)
+    for element in header.elements:
+        if f"'e{element.index}'" in text:
+            text = text.replace(f"'e{element.index}'", repr(element.name[:40]))
+            for i, each in enumerate(element.properties):
+                text = text.replace(f"'p{i}'", repr(each.name[:40]))
+    return text
