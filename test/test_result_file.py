@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 from recordings import scans
@@ -99,3 +101,10 @@ def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path):
     for name, words in cases:
         with pytest.raises(UnreadableResult, match=words):
             read_result(tmp_path / name)
+
+
+def test_a_device_that_never_ends_and_a_fifo_that_nobody_writes_to_are_no_result(tmp_path):
+    os.mkfifo(tmp_path / 'fifo')
+    for path in ('/dev/zero', '/dev/null', tmp_path / 'fifo'):
+        with pytest.raises(UnreadableResult, match='it must be a file'):
+            read_result(path)

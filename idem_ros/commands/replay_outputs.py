@@ -88,6 +88,7 @@ def _refuse_collisions(inputs, outputs):
     read = {Path(file).resolve(): file for file in inputs}
     bag, written = Path(inputs[0]).resolve(), {}
     for option, file in (named for each in outputs for named in each.files):
+        require_writable(file)  # as it is named: /dev/stdout may lead to a file
         path = Path(file).resolve()
         if path in read:
             raise UsageError(
@@ -103,8 +104,6 @@ def _refuse_collisions(inputs, outputs):
                 f'{written[path]} and {option} {file} are one file; name a file for each'
             )
         written[path] = f'{option} {file}'
-    for file in written:
-        require_writable(file)
 
 
 def _write_tum(file, replayed):

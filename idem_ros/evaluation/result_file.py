@@ -71,8 +71,10 @@ def read_result(path):
 
 def _text(path):
     """Return the bytes of the JSON: a whole file, or what an MCAP carries."""
+    from idem_ros.files.unreadable import refuse_special
     from idem_ros.recording.embedded import MAGIC, RECORD, UnreadableMcap, read_embedded
 
+    refuse_special(path, UnreadableResult)
     try:
         with Path(path).open('rb') as stream:
             if stream.read(len(MAGIC)) != MAGIC:
