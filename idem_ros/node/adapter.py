@@ -2,6 +2,7 @@
 
 from rclpy.node import Node
 
+from idem_ros.node.dead_ports import domain_of, no_dead_ports
 from idem_ros.node.live_registration import LiveRegistration
 
 NAME = 'idem_node'
@@ -18,7 +19,8 @@ class RegistrationNode(Node):
     """
 
     def __init__(self, **node_options):
-        super().__init__(NAME, **node_options)
+        with no_dead_ports(domain_of(node_options.get('context'))):
+            super().__init__(NAME, **node_options)
         self.registration = LiveRegistration(self)
         try:
             self.registration.open()

@@ -12,25 +12,38 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from rclpy.context import Context
+from rclpy.utilities import get_default_context
+
 SHARED_MEMORY = Path('/dev/shm')
 LOCK = re.compile(r'fastrtps_port(\d+)_el')  # held by the reader of a port as long as it lives
 FIRST_PORT, PORTS = 7400, 250  # of domain 0, and of each domain: DDSI-RTPS 9.6.1.1
+SHARED_PORTS = range(FIRST_PORT - 400, FIRST_PORT)  # of all domains: endpoints with a port each
+SECOND_NAME = 'idem_ros_port'  # see `own_ports`
+
+
+def domain_of(context: Context | None) -> int:
+    """Return the domain of a context; None: the default one."""
+    return (context or get_default_context()).get_domain_id()
 
 
 @contextmanager
 def no_dead_ports(domain: int) -> Iterator[None]:
     """Keep Fast DDS from giving the ports of killed processes away in the block; then remove them.
 
-    Ports whose readers live are left alone; so is all where there is no Fast DDS.
+    Ports whose readers live are left alone; so is all where there is no Fast DDS. The block should
+    be short: who sends to a killed process waits for its port meanwhile.
 
     Args:
         domain: of ROS, whose ports are meant.
     """
     first = FIRST_PORT + PORTS * domain
+    meant = {*SHARED_PORTS, *range(first, first + PORTS)}
     held: dict[Path, int] = {}
+    _remove_second_names()
     for lock in SHARED_MEMORY.glob('fastrtps_port*_el'):
         match = LOCK.fullmatch(lock.name)
-        if match and first <= int(match[1]) < first + PORTS:
+        if match and int(match[1]) in meant:
             with suppress(OSError):  # it is gone by now, or of another user
                 _hold(lock, held)
     try:
@@ -52,3 +65,10 @@ def _hold(lock: Path, held: dict[Path, int]) -> None:
         os.close(descriptor)
     else:
         held[lock] = descriptor
+
+
+def _remove_second_names() -> None:
+    for file in SHARED_MEMORY.glob(f'{SECOND_NAME}*_*'):
+        if not Path('/proc', file.stem.rpartition('_')[2]).exists():
+            with suppress(OSError):
+                file.unlink()

@@ -10,6 +10,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from idem_ros.guesses import FOLLOWING, GuessConfig
+from idem_ros.node.hearing import Hearing
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import Subscriptions, require_messages
@@ -45,6 +46,7 @@ class Inputs:
         are_one: whether target and source are one topic.
         subscriptions: while it is open.
         unheard: which publishers are not heard, why, and the remedy.
+        hearing: counts how often it began to hear anew.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Inputs:
         self.are_one = self._topic_of('target') == self._topic_of('source')
         self.subscriptions: Subscriptions | None = None
         self.unheard: list[str] = []
+        self.hearing = Hearing(node.get_logger())
         self._lock = threading.RLock()  # around the pairing
         self._receipts: deque[tuple[int, float]] = deque(maxlen=RECEIPTS_KEPT)
         self._jumps_told = 0
@@ -92,10 +95,12 @@ class Inputs:
         self._timer = self._node.create_timer(PERIOD, self._attend, clock=wall)
         names = GUESSES if self.are_one else ('target', *GUESSES)
         self.subscriptions.listen(names, self.pairing.guess_type)
+        self.hearing.expect(names)
 
     def listen(self) -> None:
         """Begin to listen to sources."""
         self.subscriptions.listen(('source',), self.pairing.guess_type)
+        self.hearing.expect(('source',))
         if self.are_one:
             self._node.get_logger().info(
                 f'target and source are one topic, {self._topic_of("source")}: each scan is '
@@ -115,6 +120,7 @@ class Inputs:
             self._node.destroy_timer(self._timer)
             self._clock_watch.unregister()
             self.subscriptions = None
+        self.hearing.close()
         with self._lock:
             self.pairing.forget()
 
@@ -173,6 +179,7 @@ class Inputs:
         self._tell_refusals()
         self._subscribe_anew()
         self.subscriptions.follow_offers()
+        self.hearing.attend(self.subscriptions, time.monotonic())
         unheard = self.subscriptions.unheard()
         for each in unheard:
             if each not in self.unheard:
@@ -189,6 +196,7 @@ class Inputs:
             return
         try:
             self.subscriptions.listen(GUESSES, self.pairing.guess_type)
+            self.hearing.expect(GUESSES)
             self._hindrance = ''
         except RuntimeError as error:  # of rclpy's RCLError, which it does not export
             reason = ' '.join(str(error).split())
@@ -217,6 +225,7 @@ class Inputs:
 
     def _note(self, name: str, message) -> None:
         now = time.monotonic()
+        self.hearing.note(name)
         lag = None
         if name == 'source':
             self._receipts.append((id(message), now))

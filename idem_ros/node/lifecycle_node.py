@@ -4,6 +4,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 from idem_ros.core import IdemError
 from idem_ros.node.adapter import NAME
+from idem_ros.node.dead_ports import domain_of, no_dead_ports
 from idem_ros.node.live_registration import LiveRegistration
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -25,7 +26,8 @@ class LifecycleRegistrationNode(LifecycleNode):
     """
 
     def __init__(self, **node_options):
-        super().__init__(NAME, **node_options)
+        with no_dead_ports(domain_of(node_options.get('context'))):
+            super().__init__(NAME, **node_options)
         self.registration = LiveRegistration(self)
         self.get_logger().info('unconfigured: waits for a lifecycle manager')
 

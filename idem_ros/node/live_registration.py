@@ -212,6 +212,7 @@ class LiveRegistration:
         counts = {
             'refused': self.traffic.refused + pairing.refused,
             'refused_targets': pairing.refused_targets,
+            'heard_anew': self.inputs.hearing.anew,
             'waiting': pairing.waiting + refining.waiting,
         }
         names = sorted(self.inputs.subscriptions.held)

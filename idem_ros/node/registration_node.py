@@ -39,11 +39,9 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
     # late, with the handlers in place: importing and compiling take seconds
     import rclpy
     from rclpy.exceptions import NameValidationException
-    from rclpy.executors import SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions
 
     from idem_ros.core import IdemError
-    from idem_ros.node.dead_ports import no_dead_ports
     from idem_ros.node.log_folder import logging_arguments
 
     node = None
@@ -51,13 +49,10 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
         _refuse_own_arguments(args)
         args = [*(sys.argv if args is None else args), *logging_arguments()]
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        with no_dead_ports(rclpy.get_default_context().get_domain_id()):
-            node = _node_class(is_managed)()
-        _name_other_nodes(node, args)
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
         while not is_asked_for():
-            executor.spin_once(timeout_sec=LONGEST_WAIT)
+            node = _node_class(is_managed)()
+            _name_other_nodes(node, args)
+            _spin(node)
     except AskedToEnd:
         return 0
     except (IdemError, RuntimeError, NameValidationException) as error:
@@ -65,10 +60,26 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
             raise
         return _usage_error(error)
     finally:
-        if node is not None:
-            node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(node) -> None:
+    """Serve a node until the process is asked to end, or the node must be made anew."""
+    from rclpy.executors import SingleThreadedExecutor
+
+    from idem_ros.node.hearing import PortLost
+
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        while not is_asked_for():
+            executor.spin_once(timeout_sec=LONGEST_WAIT)
+    except PortLost as error:
+        node.get_logger().error(f'{error}; the node begins anew')
+    finally:
+        executor.remove_node(node)
+        node.destroy_node()
 
 
 def _node_class(is_managed: bool) -> type:

@@ -94,6 +94,21 @@ class Subscriptions:
             for each in before:  # only now: no message falls between the two
                 self._node.destroy_subscription(each)
 
+    def renew(self, name: str) -> str:
+        """Subscribe to an input anew; return its topic."""
+        before = self.held[name]
+        kind, topic = before[0].msg_type, before[0].topic_name
+        self.held[name] = [self._subscription(name, kind, each.qos_profile) for each in before]
+        for each in before:  # only now: no message falls between the two
+            self._node.destroy_subscription(each)
+        return topic
+
+    def could_hear(self, name: str) -> bool:
+        """Whether an input has a publisher whose type and quality of service match."""
+        qualities = [each.qos_profile for each in self.held[name]]
+        kind = self._topics[name].msgtype
+        return any(not why_unheard(kind, qualities, each) for each in self._offers_on(name))
+
     def in_words(self, names: Iterable[str]) -> str:
         """Say of some inputs which publishers their topics have."""
         return ', '.join(
