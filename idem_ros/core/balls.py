@@ -1,7 +1,9 @@
 """The balls of one radius around the points of two clouds, and their members from both."""
 
+import numpy as np
+
 from idem_ros.core import se3
-from idem_ros.core.blocks import ALONE
+from idem_ros.core.blocks import ALONE, in_blocks
 from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
 from idem_ros.core.cloud import Neighbourhoods, neighbourhoods
 from idem_ros.core.entropy import differences_at_each
@@ -72,12 +74,32 @@ class Balls:
             transforms: (K, 4, 4).
             chosen: indices of the target's centres, and of the source's.
         """
-        target, source = self.target.grid, self.source.grid
-        size = self.radius, self.radius
+        size, back = (self.radius, self.radius), se3.inverses(transforms)
         return (
-            differences_at_each(target, source, transforms, *size, chosen[0]),
-            differences_at_each(source, target, se3.inverses(transforms), *size, chosen[1]),
+            differences_at_each(self.target, self.source, transforms, *size, chosen[0]),
+            differences_at_each(self.source, self.target, back, *size, chosen[1]),
         )
+
+    def agreement(self, T_target_source, scale):
+        """Return (q_i, points of the other in reach), (2, N), of every point of either cloud.
+
+        In the order of the cloud's points, each counting once; lengths are over the scale.
+        """
+        T = np.asarray(T_target_source)[None]
+        ways = (self.target, self.source, T), (self.source, self.target, se3.inverses(T))
+        return tuple(self._agreement(*way, scale) for way in ways)
+
+    def _agreement(self, centres, others, transforms, scale):
+        found = np.empty((2, len(centres.order)))
+
+        def fill(begin, end):
+            """Fill a block of the centres."""
+            some = np.arange(begin, end)
+            each = differences_at_each(centres, others, transforms, self.radius, scale, some)
+            found[:, centres.order[begin:end]] = np.array(each)[:, :, 0]
+
+        in_blocks(len(centres.order), self.workers, fill)
+        return found
 
 
 def _side(centres, others, candidates):

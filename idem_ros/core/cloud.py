@@ -37,7 +37,8 @@ class Neighbourhoods(NamedTuple):
     grid: Grid
     order: np.ndarray
     weights: np.ndarray
-    own: np.ndarray  # (N, 10)
+    unit: np.ndarray  # (N, 10), each point counting once
+    own: np.ndarray  # (N, 10), with weight and scatter; the same array where all have one and none
 
 
 class Cloud:
@@ -116,8 +117,9 @@ class Cloud:
     def _thickness(self, radius):
         cells = self.in_cells(radius)
         stride = max(len(self) // SAMPLE, 1)
-        own = np.empty((-(-len(self) // stride), 10))
-        own_moments(cells.grid, cells.weights, radius * radius * TIE, 0, len(own), stride, own)
+        unit, own = np.empty((2, -(-len(self) // stride), 10))
+        span = 0, len(own)
+        own_moments(cells.grid, cells.weights, radius * radius * TIE, span, stride, unit, own)
         return thickness_and_members(own)
 
     def in_cells(self, radius):
@@ -203,13 +205,13 @@ def neighbourhoods(clouds, radius, workers=ALONE):
     """
     new = [c for c in dict.fromkeys(clouds) if not c._kept.has('neighbourhoods', radius)]
     cells = in_threads(workers, lambda cloud: cloud.in_cells(radius), new)
-    found = [Neighbourhoods(*each, np.empty((len(each.order), 10))) for each in cells]
-    blocks = [(own, *span) for own in found for span in spans(len(own.order), workers)]
+    found = [Neighbourhoods(*each, *_room_for_moments(each)) for each in cells]
+    blocks = [(each, span) for each in found for span in spans(len(each.order), workers)]
 
     def fill(block):
         """Fill the moments of a block of points."""
-        of, begin, end = block
-        own_moments(of.grid, of.weights, radius * radius * TIE, begin, end, 1, of.own)
+        of, span = block
+        own_moments(of.grid, of.weights, radius * radius * TIE, span, 1, of.unit, of.own)
 
     in_threads(workers, fill, blocks)
     made = dict(zip(new, found, strict=True))
@@ -222,6 +224,11 @@ def neighbourhoods(clouds, radius, workers=ALONE):
         )
 
     return [kept(cloud) for cloud in clouds]
+
+
+def _room_for_moments(cells):
+    unit = np.empty((len(cells.order), 10))
+    return unit, np.empty_like(unit) if len(cells.weights) > 1 else unit
 
 
 def as_cloud(points):

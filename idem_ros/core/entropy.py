@@ -1,7 +1,5 @@
 """The entropy of a ball (Eq. 4), and q_i (Eq. 7) of some points at many poses."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from idem_ros.core.grid import neighbours, room_for
@@ -15,18 +13,12 @@ from idem_ros.core.moments import (
     plus,
     point_of,
     rotated,
+    row_of,
 )
 from idem_ros.core.symmetric3 import determinant
 
 TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimensions
 MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
-
-
-class Motions(NamedTuple):
-    """Rigid transforms as kernels take them."""
-
-    R: np.ndarray  # (K, 3, 3)
-    t: np.ndarray  # (K, 3)
 
 
 @kernel
@@ -44,31 +36,30 @@ def length_unit(length_scale, radius):
 
 
 @kernel
-def fill_differences(centres, others, chosen, motions, r2, scale, q, reach):
+def fill_differences(centres, grid, chosen, motions, size, q, reach):
     """Eq. 7 at each of K poses: fill q_i and the other cloud's points in reach, (n, K) each.
 
-    Of the chosen (n,) of a grid's points, each counting once, as points of the paper's cloud.
-
     Args:
-        centres, others: `Grid`s of the two clouds.
-        motions: `Motions` that take the others' frame to that of the centres.
+        centres: points (N, 3), and moments (N, 10) of the balls around them in their own cloud,
+            each point counting once.
+        grid: the other cloud's `Grid`.
+        chosen: (n,) indices of centres.
+        motions: R (K, 3, 3) and t (K, 3) that take the other's frame to that of the centres.
+        size: squared radius, and what lengths are divided by.
     """
-    found, rows = room_for(centres)
-    found_there, rows_there = room_for(others)
+    (points, own), (R, t), (r2, scale) = centres, motions, size
+    found, rows = room_for(grid)
     for c in range(chosen.shape[0]):
-        p = point_of(centres.points, chosen[c])
-        n = neighbours(p[0], p[1], p[2], centres, r2, found, rows)
-        alone = ball_moments(p, centres.points, AS_MEASURED, found, 0, n, r2)
+        p, alone = point_of(points, chosen[c]), row_of(own, chosen[c])
         h = entropy(alone, scale)
-        for k in range(motions.R.shape[0]):
-            R = motions.R[k]
-            x = into_frame(p, R, motions.t[k])
-            n = neighbours(x[0], x[1], x[2], others, r2, found_there, rows_there)
+        for k in range(R.shape[0]):
+            x = into_frame(p, R[k], t[k])
+            n = neighbours(x[0], x[1], x[2], grid, r2, found, rows)
             reach[c, k] = n
             q[c, k] = 0.0
             if n > 0:
-                m = ball_moments(x, others.points, AS_MEASURED, found_there, 0, n, r2)
-                q[c, k] = entropy(plus(alone, rotated(R, m)), scale) - h
+                m, _ = ball_moments(x, grid.points, AS_MEASURED, found, 0, n, r2)
+                q[c, k] = entropy(plus(alone, rotated(R[k], m)), scale) - h
 
 
 @kernel
@@ -90,15 +81,17 @@ def differences_at_each(centres, others, transforms, radius, scale, chosen=None)
     """Return what `fill_differences` does, (n, K) each: q_i and the other's points in reach.
 
     Args:
-        centres, others: `Grid`s of the two clouds.
+        centres, others: `Neighbourhoods` of the two clouds.
         transforms: (K, 4, 4) that take the others' frame to that of the centres.
-        radius: of the balls, at most a cell of either grid.
+        radius: of the balls, that of the neighbourhoods.
         scale: what lengths are divided by.
         chosen: (n,) indices of centres; None: all.
     """
-    chosen = np.arange(len(centres.points)) if chosen is None else chosen
+    chosen = np.arange(len(centres.order)) if chosen is None else chosen
     R, t = transforms[:, :3, :3], transforms[:, :3, 3]
-    motions = Motions(np.ascontiguousarray(R), np.ascontiguousarray(t))
+    motions = np.ascontiguousarray(R), np.ascontiguousarray(t)
     q, reach = np.empty((2, len(chosen), len(transforms)))
-    fill_differences(centres, others, chosen, motions, radius * radius * TIE, scale, q, reach)
+    size = radius * radius * TIE, scale
+    own = centres.grid.points, centres.unit
+    fill_differences(own, others.grid, chosen, motions, size, q, reach)
     return q, reach

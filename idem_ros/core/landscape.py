@@ -6,7 +6,7 @@ import numpy as np
 
 from idem_ros.core import se3
 from idem_ros.core.blocks import Workers, in_threads
-from idem_ros.core.cloud import as_cloud
+from idem_ros.core.cloud import as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.entropy import differences_at_each, length_unit, sums_of_each
 from idem_ros.core.exceptions import InvalidTransform
@@ -50,9 +50,7 @@ class Landscape:
             self.radius = checked_positive('radius', radius)
         self._scale = length_unit(length_scale, self.radius)
         if self.radius > 0.0:
-            self._grids = [
-                cloud.in_cells(self.radius).grid for cloud in (self.target, self.source)
-            ]
+            self._own = neighbourhoods((self.target, self.source), self.radius, self._workers)
 
     def at(self, transforms):
         """Return q_tot, (K,) [nat], at T_target_source of (K, 4, 4).
@@ -74,7 +72,7 @@ class Landscape:
 
     def _of_span(self, transforms):
         """Return the same, (K,) each, of a few transforms between the clouds' origins."""
-        target, source = self._grids
+        target, source = self._own
         q, within = np.zeros(len(transforms)), np.zeros(len(transforms), np.int64)
         for centres, others, at in (
             (target, source, transforms),

@@ -71,7 +71,7 @@ def linearize(sides, motions, cost, chosen, group, sums):
                 continue
             p = point_of(centres, i)
             x = into_frame(p, R, t)
-            m = ball_moments(x, points, weights, member, first[i], first[i + 1], cost.r2)
+            _, m = ball_moments(x, points, weights, member, first[i], first[i + 1], cost.r2)
             if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
                 continue
             if n == TOGETHER or its_group[i] != g:

@@ -18,18 +18,32 @@ AS_MEASURED = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # weight and scat
 
 @kernel
 def ball_moments(p, points, weights, member, begin, end, r2):
-    """Sum weight, d and d d^T, d = point - p, over those members within sqrt(r2) of p.
+    """Return two sums of 1, d and d d^T, d = point - p, over the members within sqrt(r2) of p.
+
+    The first with each point counting once, the second with weight and scatter; of the one that a
+    kernel leaves aside the compiler leaves out the work.
 
     weights (N, 7): weight and scatter of each point, or (1, 7): of all of them.
     """
     px, py, pz = p
     each = np.uint64(weights.shape[0] > 1)
+    n = ux = uy = uz = uxx = uxy = uxz = uyy = uyz = uzz = 0.0
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
     for c in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
         j = np.uint64(member[c])
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         if dx * dx + dy * dy + dz * dz > r2:
             continue
+        n += 1.0
+        ux += dx
+        uy += dy
+        uz += dz
+        uxx += dx * dx
+        uxy += dx * dy
+        uxz += dx * dz
+        uyy += dy * dy
+        uyz += dy * dz
+        uzz += dz * dz
         row = j * each
         w = weights[row, 0]
         wx, wy, wz = w * dx, w * dy, w * dz
@@ -43,21 +57,24 @@ def ball_moments(p, points, weights, member, begin, end, r2):
         yy += wy * dy + weights[row, 4]
         yz += wy * dz + weights[row, 5]
         zz += wz * dz + weights[row, 6]
-    return (k, sx, sy, sz, xx, xy, xz, yy, yz, zz)
+    unit = (n, ux, uy, uz, uxx, uxy, uxz, uyy, uyz, uzz)
+    return unit, (k, sx, sy, sz, xx, xy, xz, yy, yz, zz)
 
 
 @kernel
-def own_moments(grid, weights, r2, begin, end, stride, own):
-    """Fill rows [begin, end) of moments (N, 10) of balls in their own cloud.
+def own_moments(grid, weights, r2, span, stride, unit, own):
+    """Fill rows of a span (begin, end) of both moments (N, 10) of balls in their own cloud.
 
     Row i is of point i * stride.
     """
+    begin, end = span
     found, rows = room_for(grid)
     for i in range(begin, end):
         p = point_of(grid.points, i * stride)
         n = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
-        m = ball_moments(p, grid.points, weights, found, 0, n, r2)
+        once, m = ball_moments(p, grid.points, weights, found, 0, n, r2)
         for c in range(10):
+            unit[i, c] = once[c]
             own[i, c] = m[c]
 
 

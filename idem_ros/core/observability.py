@@ -219,7 +219,7 @@ def _fill_planes(side, motion, r2, stride, planes):
             continue
         p = point_of(centres, i)
         x = into_frame(p, R, t)
-        m = ball_moments(x, points, weights, member, first[i], first[i + 1], r2)
+        _, m = ball_moments(x, points, weights, member, first[i], first[i + 1], r2)
         if m[0] < LEAST_MEMBERS:
             continue
         a, b = row_of(own, i), rotated(R, m)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from idem_ros.core import joint_cloud, se3
+from idem_ros.core import se3
 from idem_ros.core.assessment import ROS_ORDER, Agreement, Assessment, Verdict
 from idem_ros.core.balls import from_origins
 from idem_ros.core.entropy import length_unit
@@ -71,19 +71,14 @@ class RegistrationResult:
 
 def agreement_at(pair, balls, T):
     """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
-    clouds = [cloud.points for cloud in pair.clouds]
-
-    def at(scale):
-        """Return q_i and points in reach, lengths over a scale."""
-        found = joint_cloud.differences(*clouds, T, balls.radius, scale)
-        return np.concatenate(found, axis=1)
-
-    q, reach = at(balls.radius)
+    q, reach = np.concatenate(balls.agreement(T, balls.radius), axis=1)
     sides = np.split(reach, [len(pair.target)])
     _, overlap = overlap_of(*sides)
     meeting = min(int(np.count_nonzero(side)) for side in sides)
     scale = length_unit(pair.config.length_scale, balls.radius)
-    q_tot = float((q if scale == balls.radius else at(scale)[0]).sum())
+    if scale == balls.radius:
+        return Agreement(q, reach, meeting, overlap), float(q.sum())
+    q_tot = sum(float(of_each[0].sum()) for of_each in balls.agreement(T, scale))
     return Agreement(q, reach, meeting, overlap), q_tot
 
 
