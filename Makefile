@@ -102,6 +102,8 @@ bench: $(READY)
 	$(BIN)/idem bench accuracy --markdown docs/bench_accuracy.md
 	$(BIN)/idem bench speed --markdown docs/bench_speed.md
 	$(BIN)/idem bench rings --markdown docs/bench_rings.md
+	$(BIN)/idem bench real --markdown docs/bench_real.md
+	$(BIN)/idem bench ablate --markdown docs/bench_ablate.md
 	$(BIN)/idem bench trust --markdown docs/bench_trust.md
 	$(BIN)/idem bench evaluation --markdown docs/bench_evaluation.md
 

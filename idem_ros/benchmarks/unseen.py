@@ -17,7 +17,13 @@ FIRST_SEED = 1000
 SEEDS = 12  # cases of a group
 SCENES = {'street': (0.5, 0.25, 1.0), 'room': (0.1, 0.2), 'forest': (0.5,)}
 """Scenes of the simulator and the voxel sizes they are registered at [m]; maps at the first."""
-STARTS = {'near': (1.5, 1.0), 'far': (10.0, 4.0), 'farther': (15.0, 8.0), 'wild': (30.0, 15.0)}
+STARTS = {
+    'near': (1.5, 1.0),
+    'far': (10.0, 4.0),
+    'farther': (15.0, 8.0),
+    'wild': (30.0, 15.0),
+    'wilder': (60.0, 30.0),
+}
 """(degrees, multiple of the spacing) that guesses are off the truth."""
 
 
