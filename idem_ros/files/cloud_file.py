@@ -66,12 +66,17 @@ def read_cloud(path, columns=None):
             f'{", ".join(READERS)}'
         )
     refuse_special(path, UnreadableCloud)
+    return _usable(_read(path, reader, columns), path)
+
+
+def _read(path, reader, columns):
+    """Return what a reader returns; whatever goes wrong names the file."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             raise UnreadableCloud('it is empty')
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')
-            points = np.asarray(reader(path, columns), dtype=np.float64)
+            return np.asarray(reader(path, columns), dtype=np.float64)
     except IdemError as error:
         raise UnreadableCloud(f'{path} cannot be read: {error}') from error
     except OSError as error:
@@ -81,7 +86,6 @@ def read_cloud(path, columns=None):
         raise UnreadableCloud(
             f'{path} cannot be read, it may be cut off or damaged: {reason}'
         ) from error
-    return _usable(points, path)
 
 
 def _usable(points, path):
