@@ -30,7 +30,7 @@ def test_quick_soak_reaches_its_figures_and_leaves_no_process():
     run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONG)
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'MISSED' not in run.stdout
-    assert '10 of 10 figures reached' in run.stdout
+    assert '13 of 13 figures reached' in run.stdout
     assert not list(marked_processes(str(os.getpid())))
 
 
@@ -45,10 +45,14 @@ def marked_processes(mark):
 
 def test_missed_figure_ends_with_exit_code_1(monkeypatch, capsys):
     part = parts.Part('one', [Goal('x', 2.0, 1.0)])
-    for name in ('long_run', 'overload', 'killed'):
-        monkeypatch.setattr(parts, name, lambda size: part)
+    monkeypatch.setattr(parts, 'PARTS', {'one': lambda size: part})
     assert soak.main(['--quick']) == 1
     assert 'MISSED' in capsys.readouterr().out
+
+
+def test_part_that_there_is_not_is_refused_with_the_names_of_those_that_there_are(capsys):
+    assert soak.main(['--quick', '--only', 'restarts']) == 1
+    assert 'long_run, fast_run, overload, killed' in capsys.readouterr().err
 
 
 def test_processes_announce_themselves_faster_than_a_restart_may_take():

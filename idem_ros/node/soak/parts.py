@@ -19,16 +19,16 @@ from idem_ros.node.soak.children import (
     wait_until_it_plays,
 )
 from idem_ros.node.soak.footprint import Footprint, Sample
-from idem_ros.node.soak.player import START_PATIENCE, Played
+from idem_ros.node.soak.player import END, START_PATIENCE, Played
 
 PARAMETERS = {'voxel_size': 0.5, 'reliability': 'reliable', 'depth': 10}
 RATE, OVERLOAD_RATE = 10.0, 50.0  # [1/s]
 FIRST_MINUTE = 60.0  # [s]
 AVERAGED = 10  # samples, one a second
 LATENCY_MS, OVERLOAD_LATENCY_MS = 100.0, 300.0
+FAST_RATE, FAST_LATENCY_MS = 20.0, 50.0
 GROWTH_PERCENT = 2.0
 RESTART_S = 1.0  # at once; see dead_ports and the announcements of the large-cloud profile
-RESTART_PATIENCE = 5.0  # [s] from a kill to the next "ready"; a player plays as long
 COUNTS = ('received', 'answered', 'refused', 'dropped')
 PLAYER_SLACK = START_PATIENCE + 60.0  # [s] a player takes longer than it plays, at most
 
@@ -38,6 +38,8 @@ class Size:
     """How much a soak asks for; `is_judged_by_the_clock` is false where it is a test."""
 
     points: int = 120_000
+    fast_points: int = 250_000
+    fast_s: float = 60.0
     long_s: float = 600.0
     overload_s: float = 30.0
     before_kill_s: float = 3.0
@@ -45,7 +47,7 @@ class Size:
     is_judged_by_the_clock: bool = True
 
 
-QUICK = Size(6_000, 3.0, 3.0, 1.0, 2, is_judged_by_the_clock=False)
+QUICK = Size(6_000, 12_000, 3.0, 3.0, 3.0, 1.0, 2, is_judged_by_the_clock=False)
 
 
 @dataclass
@@ -67,7 +69,7 @@ class Part:
 def long_run(size: Size) -> Part:
     """Clouds on both topics at 10 Hz for minutes: latency, completeness, footprint."""
     part = Part(f'{size.points} points on both topics at {RATE:g} Hz for {size.long_s:g} s')
-    played, samples = _run(part, size, RATE, size.long_s)
+    played, samples = _run(part, size.points, RATE, size.long_s)
     part.goals += _counted(played)
     never = len(played.published) - int(played.load['received'])
     part.goals.append(Goal('sources that never arrived', never, 0))
@@ -78,11 +80,21 @@ def long_run(size: Size) -> Part:
     return part
 
 
+def fast_run(size: Size) -> Part:
+    """Larger clouds at twice the rate: latency and completeness."""
+    points, rate = size.fast_points, FAST_RATE
+    part = Part(f'{points} points on both topics at {rate:g} Hz for {size.fast_s:g} s')
+    played, _ = _run(part, points, rate, size.fast_s)
+    part.goals += _counted(played)
+    _hold_latency(part, size, played, FAST_LATENCY_MS)
+    return part
+
+
 def overload(size: Size) -> Part:
     """Five times what the node can take: the newest wins, and every source is counted."""
     rate = OVERLOAD_RATE
     part = Part(f'{size.points} points on both topics at {rate:g} Hz for {size.overload_s:g} s')
-    played, _ = _run(part, size, rate, size.overload_s)
+    played, _ = _run(part, size.points, rate, size.overload_s)
     part.goals += _counted(played)
     answered = list(played.answered)
     out_of_order = int((np.diff(answered) <= 0).sum())
@@ -96,7 +108,7 @@ def overload(size: Size) -> Part:
 def killed(size: Size) -> Part:
     """SIGKILL while clouds stream in, again and again: each next node answers at once."""
     part = Part(f'killed with SIGKILL and started again, {size.kills} times')
-    seconds = (size.kills + 1) * (size.before_kill_s + RESTART_PATIENCE)
+    seconds = (size.kills + 1) * (size.before_kill_s + START_PATIENCE)  # it is told to end before
     kills, readies, starts = [], [], []
     with started_player(RATE, seconds, size.points) as player:
         for _ in range(size.kills):
@@ -109,7 +121,9 @@ def killed(size: Size) -> Part:
                 kills.append(time.monotonic_ns())
         with _ready_node(starts):
             readies.append(time.monotonic_ns())
-            played = played_by(player, seconds + PLAYER_SLACK)
+            time.sleep(size.before_kill_s)
+            player.send_signal(END)
+            played = played_by(player, PLAYER_SLACK)
     clean_shared_memory()
     part.notes.append(f'from its start to "ready": {_listed(starts)} s')
     _hold_restarts(part, size, played, kills, readies)
@@ -137,11 +151,11 @@ def _hold_restarts(
     part.hold_by_the_clock(size, goal)
 
 
-def _run(part: Part, size: Size, rate: float, seconds: float) -> tuple[Played, list[Sample]]:
+def _run(part: Part, points: int, rate: float, seconds: float) -> tuple[Played, list[Sample]]:
     """Play to a node of its own; return what was played and samples of the node."""
     with (
         started(node_command(PARAMETERS)) as node,
-        started_player(rate, seconds, size.points) as player,
+        started_player(rate, seconds, points) as player,
     ):
         footprints = {'node': Footprint(node.pid), 'player': Footprint(player.pid)}
 
@@ -189,6 +203,9 @@ def _hold_footprint(part: Part, after: list[Sample]) -> None:
     for name in ('threads', 'open_files'):
         spread = int(np.ptp([getattr(each, name) for each in after]))
         part.goals.append(Goal(f'{name.replace("_", " ")} that came or went', spread, 0))
+
+
+PARTS = {each.__name__: each for each in (long_run, fast_run, overload, killed)}
 
 
 @contextmanager

@@ -7,6 +7,7 @@ when it begins, and prints a `Played` as JSON once the node has settled every so
 import argparse
 import itertools
 import json
+import signal
 import sys
 import time
 from dataclasses import asdict, dataclass, field
@@ -30,6 +31,7 @@ START_PATIENCE = 120.0  # [s]
 SETTLING_PATIENCE = 15.0  # [s]
 REPORT_PERIOD = 1.1  # [s] the node reports once a second
 PLAYS = 'plays'
+END = signal.SIGUSR1  # ends the play before its time
 LOAD = 'load'  # the status that counts
 
 
@@ -58,6 +60,7 @@ class SoakPlayer:
 
     def __init__(self, node: Node):
         self.played = Played()
+        self.is_told_to_end = False
         self._publishers = {
             name: node.create_publisher(kind, f'/idem_node/{name}', QoSProfile(depth=QUEUE))
             for name, kind in CLASSES.items()
@@ -74,11 +77,11 @@ class SoakPlayer:
         return self._turn_until(self._is_connected, START_PATIENCE)
 
     def play(self, ticks: list[Tick], rate: float, seconds: float) -> None:
-        """Publish ticks at a rate [1/s], over and over, and turn in between."""
+        """Publish ticks at a rate [1/s], over and over, and turn in between, until told to end."""
         start = time.monotonic()
         for number, tick in enumerate(itertools.cycle(ticks)):
             due = start + number / rate
-            if due >= start + seconds:
+            if due >= start + seconds or self.is_told_to_end:
                 return
             self._turn_until(lambda: False, due - time.monotonic())
             self.played.late_ms = max(self.played.late_ms, 1e3 * (time.monotonic() - due))
@@ -129,6 +132,7 @@ def main() -> int:
     ticks = street_stream(args.points, TICKS)
     with playing_node('idem_soak') as node:
         player = SoakPlayer(node)
+        signal.signal(END, lambda signum, frame: setattr(player, 'is_told_to_end', True))
         if not player.wait_for_node():
             print(f'no node listens after {START_PATIENCE} s', file=sys.stderr)
             return 1
