@@ -81,7 +81,8 @@ def test_port_whose_name_another_one_bears_gets_it_back(ports):
     ports.close()
 
 
-def test_port_that_lost_both_names_is_lost_and_said_to_be(ports):
+def test_port_that_lost_both_names_is_lost_and_said_to_be(ports, monkeypatch):
+    monkeypatch.setattr(Hearing, 'lost', 0)
     names_of(ports)
     second = second_names(os.getpid())[0]
     name = dead_ports.SHARED_MEMORY / f'fastrtps_port{port_of(second)}'
@@ -92,6 +93,7 @@ def test_port_that_lost_both_names_is_lost_and_said_to_be(ports):
         listening.attend(Silent(()), 0.0)
     with pytest.raises(PortLost, match='nobody reaches it'):
         listening.attend(Silent(()), 0.0)
+    assert Hearing(Lines()).anew == 1
     listening.close()
 
 

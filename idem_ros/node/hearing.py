@@ -8,6 +8,7 @@ from idem_ros.node.subscriptions import Subscriptions
 
 PATIENCE, LONGEST = 1.0, 60.0  # [s] of silence; twice as long each time
 LOST = 3  # looks in a row: Fast DDS makes a port anew itself, and that takes a moment
+MOST = 3  # times that a process may begin anew
 
 
 class PortLost(IdemError):
@@ -21,15 +22,18 @@ class Hearing:
         logger: of the node; it warns.
 
     Attributes:
-        anew: how often the node began to hear anew.
+        anew: how often the process began to hear anew.
+        lost: how often it had to begin anew for that, with another node.
     """
+
+    lost = 0
 
     def __init__(self, logger):
         self._logger = logger
         self._ports = OwnPorts()
         self._heard: set[str] = set()
         self._waits: dict[str, tuple[float, float]] = {}  # since when, and for how long
-        self.anew = 0
+        self.anew = self.lost
 
     def expect(self, names: Iterable[str]) -> None:
         """Take nothing for heard of what was subscribed to just now."""
@@ -53,7 +57,8 @@ class Hearing:
                 'a shared-memory port of this node had lost its name to a sender that took it for '
                 "a killed process's: it has it back, and hears again"
             )
-        if self._ports.lost >= LOST:
+        if self._ports.lost >= LOST and Hearing.lost < MOST:
+            Hearing.lost += 1
             raise PortLost(
                 'a shared-memory port of this node has lost its name to a sender that took it '
                 "for a killed process's: nobody reaches it"

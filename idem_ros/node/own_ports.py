@@ -44,7 +44,8 @@ class OwnPorts:
         for port in ports:
             inodes = mapped.get(port, ())
             lost += bool(inodes) and not any([self._keep_one(port, each) for each in inodes])
-        self.lost = self.lost + 1 if lost else 0
+        # where not one name is right, names are not what they are taken for here
+        self.lost = self.lost + 1 if lost and self._kept else 0
         return self.restored - before
 
     def close(self) -> None:
