@@ -6,6 +6,7 @@ or 2 and at most one line of error, within 10 s of work and 2 GB; else this ends
 
 import argparse
 import os
+import resource
 import sys
 import tempfile
 import time
@@ -84,7 +85,8 @@ def _judged(found):
             counted = {code: n for (of, code), n in codes.items() if of == kind}
             ended = ', '.join(f'{n} with {code}' for code, n in sorted(counted.items(), key=str))
             print(f'{kind}: {sum(counted.values())} ({ended}), slowest {slowest[kind]:.2f} s')
-        print(f'{faults} faults in {time.monotonic() - begin:.0f} s')
+        work = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+        print(f'{faults} faults in {time.monotonic() - begin:.0f} s, {work:.0f} s of work')
     return int(faults > 0)
 
 

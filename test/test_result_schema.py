@@ -74,6 +74,7 @@ def test_whatever_stands_in_the_place_of_a_field_is_taken_or_refused_in_one_line
         (lambda r: r['frames'][1].update(overlap=1.5), 'frames.1.overlap is 1.5'),
         (lambda r: r['frames'][1].update(anything=[1e200]), 'which nothing measures'),
         (lambda r: r['frames'][1].update(T_guess=[[1.0]]), 'frames.1.T_guess.0'),
+        (lambda r: r['frames'][1].update(covariance=[[1.0]]), 'frames.1.covariance.0 is a list'),
         (lambda r: r['frames'][1]['T_guess'][0].__setitem__(0, 7), 'it is not rigid'),
         (lambda r: r['frames'][1].update(stamp_ns=2**62), 'frames.1.stamp_ns is'),
         (lambda r: r['frames'].__setitem__(1, None), 'frames.1 is null'),

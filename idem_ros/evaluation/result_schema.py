@@ -58,6 +58,8 @@ Row: TypeAlias = Annotated[list[Known], Field(min_length=4, max_length=4)]
 Transform: TypeAlias = Annotated[
     list[Row], Field(min_length=4, max_length=4), AfterValidator(_rigid)
 ]
+SixNumbers: TypeAlias = Annotated[list[Number], Field(min_length=6, max_length=6)]
+Covariance: TypeAlias = Annotated[list[SixNumbers], Field(min_length=6, max_length=6)]
 
 
 class _Record(BaseModel):
@@ -97,7 +99,7 @@ class Frame(_Record):
     dropped_zero: Count = 0
     cropped: Count = 0
     thinned: Count = 0
-    covariance: list[list[Number]] = []
+    covariance: Covariance = None
     translation_error_m: Number = None
     translation_error_m_before: Number = None
     rotation_error_deg: Number = None
