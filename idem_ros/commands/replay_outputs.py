@@ -69,8 +69,7 @@ def write_outputs(outputs, replayed, settings, input_):
     with TemporaryFile() as text:
         text.writelines(map(str.encode, record_text(json_record(replayed, made))))
         if outputs.out:
-            text.seek(0)
-            write_result(outputs.out, replayed.frames, as_metadata(made), text.read())
+            write_result(outputs.out, replayed.frames, as_metadata(made), text)
         if outputs.json:
             _copy(text, outputs.json)
 

@@ -46,7 +46,7 @@ def write_result(path, frames, made_by, record):
         path: the .mcap file.
         frames: see `result_messages`.
         made_by: {key: text}.
-        record: the JSON, bytes.
+        record: the JSON, a binary file.
 
     Raises:
         UnwritableFile: `path` cannot be written.

@@ -3,6 +3,7 @@
 from mcap.writer import CompressionType, Writer
 
 from idem_ros.atomic_file import replacing
+from idem_ros.recording.attachment import attach
 from idem_ros.recording.messages import typestore
 
 LIBRARY = 'idem_ros'  # the default names the version of the mcap package: not reproducible
@@ -31,8 +32,7 @@ def write_mcap(path, messages, metadata=None, attachments=None):
             messages are made by `idem_ros.recording.messages` or read from a ROS 2 recording.
             Give each its own log time: of equal ones no format keeps the order.
         metadata: {name: {key: text}} about the recording; None: none.
-        attachments: {name: (media type, bytes)}, to carry along; None: none. Their times are 0,
-            "not known".
+        attachments: {name: (media type, binary file)}, to carry along; None: none.
 
     Raises:
         UnwritableFile: `path` cannot be written.
@@ -54,7 +54,7 @@ def write_mcap(path, messages, metadata=None, attachments=None):
         for name, entries in (metadata or {}).items():
             writer.add_metadata(name, entries)
         for name, (media_type, content) in (attachments or {}).items():
-            writer.add_attachment(0, 0, name, media_type, content)
+            attach(writer, stream, name, media_type, content)
         writer.finish()
 
 
