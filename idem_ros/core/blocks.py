@@ -5,6 +5,7 @@ bit, for any number of threads.
 """
 
 import math
+import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from time import perf_counter
@@ -80,3 +81,6 @@ def in_threads(workers, call, items):
 @cache
 def _pool(threads):
     return ThreadPoolExecutor(threads, thread_name_prefix='idem_core')
+
+
+os.register_at_fork(after_in_child=_pool.cache_clear)  # a child has none of its parent's threads

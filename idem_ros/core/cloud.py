@@ -244,12 +244,16 @@ def _read_only(array):
 
 def _centred_points(points):
     points = _checked_points(points)
-    # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel.
-    origin, finite, kept = _centred(points)
+    finite, kept = _finite(points)
     if len(kept) == 0:
         raise InvalidCloud(
             f'the cloud has {len(points)} points and none is finite; at least one must be'
         )
+    # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel. The
+    # median of a sample: a stray would drag the mean away, and with it the others' digits.
+    sample = np.sort(kept[:: max(len(kept) // MIDDLE_SAMPLE, 1)], axis=0)
+    origin = sample[len(sample) // 2].copy()
+    kept -= origin
     return origin, finite, kept
 
 
@@ -269,11 +273,8 @@ def _checked_points(points):
 
 
 @kernel
-def _centred(points):
-    """Return the middle of the finite rows, which rows are, and these rows minus the middle.
-
-    The median of a sample: a stray would drag the mean away, and with it the others' digits.
-    """
+def _finite(points):
+    """Return which rows are finite and no farther than any measurement, and these rows."""
     finite = np.empty(points.shape[0], np.bool_)
     n = 0
     for i in range(points.shape[0]):
@@ -287,10 +288,4 @@ def _centred(points):
             for c in range(3):
                 kept[n, c] = points[i, c]
             n += 1
-    origin = np.zeros(3)
-    for c in range(3 * (n > 0)):
-        sample = np.sort(kept[:: max(n // MIDDLE_SAMPLE, 1), c])
-        origin[c] = sample[sample.shape[0] // 2]
-        for i in range(n):
-            kept[i, c] -= origin[c]
-    return origin, finite, kept
+    return finite, kept

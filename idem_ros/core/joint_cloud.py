@@ -40,7 +40,9 @@ def differences(target, source, T_target_source, radius, scale):
 def _joined(target, source, R, t):
     n = target.shape[0]
     points = np.empty((n + source.shape[0], 3))
-    points[:n] = target
+    for i in range(n):
+        for c in range(3):
+            points[i, c] = target[i, c]
     for i in range(source.shape[0]):
         for c in range(3):
             points[n + i, c] = (

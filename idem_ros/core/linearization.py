@@ -24,7 +24,7 @@ from idem_ros.core.symmetric3 import determinant, inverse, product, scaled, time
 
 # One block's sums: the value, the gradient (omega, v), then of the matrix vv (6), omega-v (9),
 # omega-omega (6).
-SUMS = 28
+SUMS, VV = 28, 7  # VV: the matrix's first entry of vv, above 0 wherever there is a ball
 # Balls are added so many at a time, each number of theirs in a row with that of the others: the
 # compiler then works on four or eight balls at once.
 TOGETHER = 128
@@ -288,9 +288,10 @@ def of_both(here, there, T_target_source):
     values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
     pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
     for g in range(groups):
-        if not (here[:, g].any() or there[:, g].any()):
+        weight = _summed(here, g, VV) + _summed(there, g, VV)
+        if weight == 0.0:  # no ball of the group holds points of both clouds
             continue
-        values[g] = here[:, g, 0].sum() + there[:, g, 0].sum()
+        values[g] = _summed(here, g, 0) + _summed(there, g, 0)
         _unpack(there[:, g, 1:], pull, matrix)
         _unpack(here[:, g, 1:], pulls[g], stiffness[g])
         for i in range(6):
@@ -304,6 +305,14 @@ def of_both(here, there, T_target_source):
                 for k in range(6):
                     stiffness[g, i, j] += back[k, i] * product_[k, j]
     return values, pulls, stiffness
+
+
+@kernel
+def _summed(sums, g, c):
+    total = 0.0
+    for b in range(sums.shape[0]):
+        total += sums[b, g, c]
+    return total
 
 
 @kernel

@@ -65,9 +65,12 @@ def inverse_of(T):
 @kernel
 def inverses(transforms):
     """Return the inverses of (K, 4, 4) rigid transforms."""
-    result = np.empty_like(transforms)
-    for k in range(transforms.shape[0]):
-        result[k] = inverse_of(transforms[k])
+    result = np.empty(transforms.shape)
+    for n in range(transforms.shape[0]):
+        T = inverse_of(transforms[n])
+        for i in range(4):  # an assignment of the whole costs seconds of compiling
+            for k in range(4):
+                result[n, i, k] = T[i, k]
     return result
 
 

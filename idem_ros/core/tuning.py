@@ -17,7 +17,7 @@ class SolverTuning:
     noise: float = _tuned(
         0.005,
         'standard deviation added to every axis of a covariance, so that an exact plane has an '
-        'inverse; a quarter of it or four times as much halve the accuracy of real scans',
+        'inverse; on real scans any value up to this one gives the same',
         1e-4,
     )
     apart: float = _tuned(
