@@ -40,7 +40,7 @@ help:
 	@echo 'make portable  run the tests that compute as other processors would compute them'
 	@echo 'make newest  run the tests with the newest release of everything, and say what that is'
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
-	@echo 'make lint    check style'
+	@echo 'make lint    check style, and the types of the core'
 	@echo 'make docs    write the tables and the picture of the README again'
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
@@ -93,6 +93,7 @@ pins:
 lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/basedpyright --pythonpath $(BIN)/python
 
 docs: $(READY)
 	$(BIN)/idem docs

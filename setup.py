@@ -8,7 +8,15 @@ PACKAGE = 'idem_ros'
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 PLOT = ['matplotlib']
 EXPERIMENTS = ['matplotlib', 'pymeshlab']
-TEST = ['pytest', 'pytest-xdist', 'hypothesis', 'pypcd4', 'ruff==0.17.6', 'evo']
+TEST = [
+    'pytest',
+    'pytest-xdist',
+    'hypothesis',
+    'pypcd4',
+    'ruff==0.17.6',
+    'basedpyright==1.40.2',
+    'evo',
+]
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
 BENCH = ['small_gicp', 'psutil', 'pillow']
@@ -22,7 +30,10 @@ setup(
     maintainer_email='maintainers@idem-ros.invalid',
     python_requires='>=3.10',
     packages=find_packages(exclude=['test', 'test.*']),
-    package_data={f'{PACKAGE}.evaluation': ['report.css', 'report.html.jinja', 'report.js']},
+    package_data={
+        PACKAGE: ['py.typed'],
+        f'{PACKAGE}.evaluation': ['report.css', 'report.html.jinja', 'report.js'],
+    },
     install_requires=[
         'setuptools',
         'numpy',

@@ -80,3 +80,8 @@ def test_ament_finds_the_package(tmp_path, monkeypatch):
 
     monkeypatch.setenv('AMENT_PREFIX_PATH', str(SHARE.parent.parent))
     assert Path(get_package_share_directory('idem_ros')) == SHARE
+
+
+def test_type_checkers_find_the_types_of_what_is_installed(tmp_path):
+    code = 'import idem_ros, pathlib; print(pathlib.Path(idem_ros.__file__).parent / "py.typed")'
+    assert Path(run(sys.executable, '-c', code, cwd=tmp_path).strip()).is_file()

@@ -13,7 +13,10 @@ from idem_ros.core import (
     register,
 )
 from idem_ros.core.blocks import ALONE, OutOfTime, Workers, in_blocks
+from idem_ros.core.config import MODES
 from idem_ros.core.pair import prepare
+from idem_ros.core.registration import _refined
+from idem_ros.core.voxel_size import with_voxel_size
 
 
 def garbage(rng, n):
@@ -58,6 +61,17 @@ def test_whatever_the_budget_the_best_so_far_is_the_result(rng, budget_ms):
         assert result.status in (Status.LATE, Status.DEGENERATE)
         assert not result.is_usable
         assert result.assessment.verdict is Verdict.NOT_CONVERGED
+
+
+@pytest.mark.parametrize('mode', MODES)
+def test_late_before_the_first_stage_the_guess_is_what_there_is(rng, mode):
+    clouds, config = [Cloud(surface(rng, 500)) for _ in range(2)], RegistrationConfig(mode=mode)
+    config = with_voxel_size(config, *clouds)
+    pair = prepare(*clouds, config, SolverTuning(), TrustTuning(), ALONE)
+    descent, observability = _refined(pair._replace(workers=Workers(1, deadline=0.0)), np.eye(4))
+    assert descent.solution.termination is Termination.LATE
+    assert np.array_equal(descent.solution.transform, np.eye(4))
+    assert observability is None
 
 
 def test_blocks_are_not_begun_after_the_deadline():

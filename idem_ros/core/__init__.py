@@ -1,9 +1,29 @@
 """The metric and its solver: arrays in, numbers out; no ROS, no files."""
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, InvalidTransform
+
+if TYPE_CHECKING:  # for editors and type checkers: the same as below
+    from idem_ros.core.assessment import Assessment as Assessment
+    from idem_ros.core.assessment import Verdict as Verdict
+    from idem_ros.core.cloud import Cloud as Cloud
+    from idem_ros.core.compilation import warm_up as warm_up
+    from idem_ros.core.landscape import Landscape as Landscape
+    from idem_ros.core.metric import fourth_neighbor_distance as fourth_neighbor_distance
+    from idem_ros.core.metric import q_per_point as q_per_point
+    from idem_ros.core.metric import q_tot as q_tot
+    from idem_ros.core.metric import search_radius as search_radius
+    from idem_ros.core.newton import Termination as Termination
+    from idem_ros.core.region_of_interest import region_along_axes as region_along_axes
+    from idem_ros.core.region_of_interest import region_on_grid as region_on_grid
+    from idem_ros.core.registration import register as register
+    from idem_ros.core.result import RegistrationResult as RegistrationResult
+    from idem_ros.core.status import Status as Status
+    from idem_ros.core.tuning import SolverTuning as SolverTuning
+    from idem_ros.core.tuning import TrustTuning as TrustTuning
 
 # Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
 _LOADED_LATER = {
@@ -32,11 +52,15 @@ __all__ = [
     'InvalidConfig',
     'InvalidTransform',
     'RegistrationConfig',
-    *_LOADED_LATER,
+    *_LOADED_LATER,  # pyright: ignore[reportUnsupportedDunderAll]
 ]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name not in _LOADED_LATER:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     return getattr(import_module(f'{__name__}.{_LOADED_LATER[name]}'), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LOADED_LATER})

@@ -2,17 +2,23 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Matrix6, Point, Transform, Twist
+from idem_ros.core.balls import Balls
 from idem_ros.core.basin import gauge
+from idem_ros.core.cloud import Cloud
 from idem_ros.core.contrast import contrast_along
 from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.newton import Termination, newton_step
 from idem_ros.core.noise import quantile, share_of_sheets
-from idem_ros.core.pair import LEAST_POINTS
+from idem_ros.core.observability import Observability
+from idem_ros.core.pair import LEAST_POINTS, Pair
+from idem_ros.core.stages import Descent
+from idem_ros.core.tuning import TrustTuning
 from idem_ros.core.verdict_model import probability
 from idem_ros.core.words import free_in_words
 
@@ -46,7 +52,7 @@ class Assessment:
     reason: str
     free: str = ''  # the motions that nothing holds, in words, in the source's axes
     # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin
-    covariance: np.ndarray = field(default_factory=lambda: NOTHING_KNOWN * np.eye(6))
+    covariance: Matrix6 = field(default_factory=lambda: NOTHING_KNOWN * np.eye(6))
     # 90th percentile of q_i over the points that have a neighbour in the other cloud [nat]
     discord: float = np.nan
     # least rise of q_mean a radius away along a motion, of the points that hold it [nat]
@@ -60,16 +66,28 @@ class Assessment:
     swap_gap: float = np.nan
 
 
+class _Seen(TypedDict):
+    discord: float
+    contrast: float
+    step: float
+
+
 class Agreement(NamedTuple):
     """How the clouds agree at a pose, point by point; lengths over the radius."""
 
-    q: np.ndarray  # (N + M,): q_i (Eq. 7) of the target's and of the source's points
-    reach: np.ndarray  # (N + M,): points of the other cloud in reach
+    q: Floats  # (N + M,): q_i (Eq. 7) of the target's and of the source's points
+    reach: Floats  # (N + M,): points of the other cloud in reach
     meeting: int  # points of a cloud that have one, at the least
     overlap: float  # share of all points that have one
 
 
-def assess(pair, descent, T_guess, agreement, observability):
+def assess(
+    pair: Pair,
+    descent: Descent,
+    T_guess: Transform,
+    agreement: Agreement,
+    observability: Observability,
+) -> Assessment:
     """Return the `Assessment` of the pose that a `Descent` ended at.
 
     Args:
@@ -80,12 +98,13 @@ def assess(pair, descent, T_guess, agreement, observability):
         observability: the `Observability` there.
     """
     cost, T = descent.cost, descent.solution.transform
+    assert cost is not None, 'a pose is judged by its cost'
     balls, trust = cost.balls, pair.trust
     if agreement.overlap == 0.0:
         reason = f'no point has a neighbour in the other cloud within {balls.radius:.3g}'
         return Assessment(Verdict.SEPARATED, 0.0, reason)
     pulls, stiffness = by_region(cost, T, observability)
-    seen = {
+    seen: _Seen = {
         'discord': _discord(agreement),
         'contrast': _least_contrast(balls, T, observability),
         'step': _step(observability, pulls.sum(axis=0), stiffness.sum(axis=0)) / balls.radius,
@@ -101,12 +120,12 @@ def assess(pair, descent, T_guess, agreement, observability):
         free=free,
         covariance=_of_pose(covariance, position),
         overlap=agreement.overlap,
-        basin=_basin(descent, T_guess),
+        basin=_basin(descent, balls, T_guess),
         **seen,
     )
 
 
-def too_little(target, source):
+def too_little(target: Cloud, source: Cloud) -> Assessment:
     """Return the `Assessment` of clouds that have too few points, or all in one place."""
     counts = f'{len(target)} and {len(source)} points (or voxels)'
     few = min(len(target), len(source)) < LEAST_POINTS
@@ -114,12 +133,12 @@ def too_little(target, source):
     return Assessment(Verdict.NOT_CONVERGED, np.nan, reason)
 
 
-def out_of_time():
+def out_of_time() -> Assessment:
     """Return the `Assessment` of a pose that there was no time to judge."""
     return Assessment(Verdict.NOT_CONVERGED, np.nan, 'the budget was spent before it was judged')
 
 
-def _discord(agreement):
+def _discord(agreement: Agreement) -> float:
     """Return the q_i (Eq. 7) that a tenth of the points that meet exceed, lengths over the radius.
 
     Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
@@ -127,21 +146,23 @@ def _discord(agreement):
     return quantile(agreement.q[agreement.reach > 0.0], TENTH)
 
 
-def _least_contrast(balls, T, observability):
+def _least_contrast(balls: Balls, T: Transform, observability: Observability) -> float:
     """Return the least rise of q_mean where surfaces that determine a motion move by a radius."""
     of_each = (observability.determined_by(k) for k in np.flatnonzero(observability.observable))
     rises = [contrast_along(balls, T, *motion, HOLDERS) for motion in of_each]
     return min(rises, default=0.0)
 
 
-def _step(observability, gradient, matrix):
+def _step(observability: Observability, gradient: Twist, matrix: Matrix6) -> float:
     """Return how far the next step along the motions held would move the surfaces."""
     held = observability.held
     along, _ = newton_step(held.T @ matrix @ held, held.T @ gradient)
     return float(np.linalg.norm(along))
 
 
-def _lacking(agreement, balls, observability, trust):
+def _lacking(
+    agreement: Agreement, balls: Balls, observability: Observability, trust: TrustTuning
+) -> tuple[Verdict, str, bool] | None:
     """Return verdict, reason, whether a free motion says more; None where the clouds can tell."""
     if agreement.overlap < trust.least_overlap:
         share = f'{agreement.overlap:.1%} of the points have a neighbour in the other cloud'
@@ -161,7 +182,13 @@ def _lacking(agreement, balls, observability, trust):
     return None
 
 
-def _verdict(p, seen, lacking, free, descent):
+def _verdict(
+    p: float,
+    seen: _Seen,
+    lacking: tuple[Verdict, str, bool] | None,
+    free: str,
+    descent: Descent,
+) -> tuple[Verdict, float, str]:
     """Return the verdict, the probability and the reason."""
     if lacking:
         verdict, reason, gives_way = lacking
@@ -182,15 +209,14 @@ def _verdict(p, seen, lacking, free, descent):
     return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {seen["step"]:.1g} radii'
 
 
-def _basin(descent, T_guess):
+def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
     """Return where the guess was in the basin; nan where nothing was solved."""
     if descent.solution.termination is Termination.NOT_STARTED:
         return np.nan
-    balls = descent.first or descent.cost.balls
-    return float(gauge(balls, descent.solution.transform, T_guess))
+    return float(gauge(descent.first or balls, descent.solution.transform, T_guess))
 
 
-def _misaligned(discord, contrast, step):
+def _misaligned(discord: float, contrast: float, step: float) -> str:
     """Return why a pose is taken to be wrong."""
     if contrast < 0.0:
         return f'a radius away the clouds agree better, by {-contrast:.2g} nat a point'
@@ -199,7 +225,7 @@ def _misaligned(discord, contrast, step):
     return f'the minimum is {step:.2g} radii away, or more'
 
 
-def _of_pose(covariance, position):
+def _of_pose(covariance: Matrix6, position: Point) -> Matrix6:
     """Move the covariance of a twist about the target's origin to that of the source frame's pose.
 
     The source's origin moves by v + omega x position; the translation comes first.

@@ -1,11 +1,14 @@
 """The balls of one radius around the points of two clouds, and their members from both."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.blocks import ALONE, in_blocks
-from idem_ros.core.candidates import SKIN, candidate_pairs, still_hold
-from idem_ros.core.cloud import Neighbourhoods, neighbourhoods
+from idem_ros.core.arrays import Floats, Indices, Side, Sides, Transform, Transforms
+from idem_ros.core.blocks import ALONE, Workers, in_blocks
+from idem_ros.core.candidates import SKIN, CandidatePairs, Candidates, candidate_pairs, still_hold
+from idem_ros.core.cloud import Cloud, Neighbourhoods, neighbourhoods
 from idem_ros.core.entropy import differences_at_each
 from idem_ros.core.moments import TIE
 
@@ -27,17 +30,21 @@ class Balls:
         OutOfTime: the workers are late; so do all methods.
     """
 
-    def __init__(self, target, source, radius, workers=ALONE):
+    def __init__(
+        self, target: Cloud, source: Cloud, radius: float, workers: Workers = ALONE
+    ) -> None:
         self.radius, self.r2, self.workers = radius, radius * radius * TIE, workers
         self.target, self.source = neighbourhoods([target, source], radius, workers)
-        self._pairs = self._sides_of = self._sides = None
+        self._pairs: CandidatePairs | None = None
+        self._sides_of: CandidatePairs | None = None
+        self._sides: Sides | None = None
 
     @property
     def clouds(self) -> tuple[Neighbourhoods, Neighbourhoods]:
         """Target and source."""
         return self.target, self.source
 
-    def pairs(self, T_target_source):
+    def pairs(self, T_target_source: Transform) -> CandidatePairs:
         """Return the `CandidatePairs` near a transform, enumerated again where it has moved."""
         if self._pairs is None or not still_hold(self._pairs, T_target_source, SKIN * self.radius):
             reach = self.radius * TIE + SKIN * self.radius
@@ -45,7 +52,7 @@ class Balls:
             self._pairs = candidate_pairs(*grids, T_target_source, reach, self.workers)
         return self._pairs
 
-    def sides(self, T_target_source, pairs=None):
+    def sides(self, T_target_source: Transform, pairs: CandidatePairs | None = None) -> Sides:
         """Return (centres, members) with the target's points as centres, and with the source's.
 
         Plain tuples, which kernels are called with faster than with named ones: centres are
@@ -56,7 +63,7 @@ class Balls:
         pairs: those to use; None: those near T.
         """
         pairs = self.pairs(T_target_source) if pairs is None else pairs
-        if pairs is not self._sides_of:
+        if self._sides is None or pairs is not self._sides_of:
             target, source = self.target, self.source
             self._sides = (
                 _side(target, source, pairs.of_target),
@@ -65,7 +72,9 @@ class Balls:
             self._sides_of = pairs
         return self._sides
 
-    def differences(self, transforms, chosen):
+    def differences(
+        self, transforms: Transforms, chosen: Sequence[Indices]
+    ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
         """Return q_i (Eq. 7) and the other's points in reach, (n, K) each, for either cloud.
 
         Lengths are over the radius; each point counts once, whatever it stands for.
@@ -80,19 +89,23 @@ class Balls:
             differences_at_each(self.source, self.target, back, *size, chosen[1]),
         )
 
-    def agreement(self, T_target_source, scale):
+    def agreement(self, T_target_source: Transform, scale: float) -> tuple[Floats, Floats]:
         """Return (q_i, points of the other in reach), (2, N), of every point of either cloud.
 
         In the order of the cloud's points, each counting once; lengths are over the scale.
         """
         T = np.asarray(T_target_source)[None]
-        ways = (self.target, self.source, T), (self.source, self.target, se3.inverses(T))
-        return tuple(self._agreement(*way, scale) for way in ways)
+        return (
+            self._agreement(self.target, self.source, T, scale),
+            self._agreement(self.source, self.target, se3.inverses(T), scale),
+        )
 
-    def _agreement(self, centres, others, transforms, scale):
+    def _agreement(
+        self, centres: Neighbourhoods, others: Neighbourhoods, transforms: Transforms, scale: float
+    ) -> Floats:
         found = np.empty((2, len(centres.order)))
 
-        def fill(begin, end):
+        def fill(begin: int, end: int) -> None:
             """Fill a block of the centres."""
             some = np.arange(begin, end)
             each = differences_at_each(centres, others, transforms, self.radius, scale, some)
@@ -102,19 +115,19 @@ class Balls:
         return found
 
 
-def _side(centres, others, candidates):
+def _side(centres: Neighbourhoods, others: Neighbourhoods, candidates: Candidates) -> Side:
     members = others.grid.points, others.weights, candidates.first, candidates.member
     return (centres.grid.points, centres.own), members
 
 
-def between_origins(target, source, T_target_source):
+def between_origins(target: Cloud, source: Cloud, T_target_source: Transform) -> Transform:
     """Return the transform between the frames at two clouds' origins."""
     T = T_target_source.copy()
     T[:3, 3] += T[:3, :3] @ source.origin - target.origin
     return T
 
 
-def from_origins(target, source, T):
+def from_origins(target: Cloud, source: Cloud, T: Transform) -> Transform:
     """Return T_target_source, given the transform between the frames at the clouds' origins."""
     T_target_source = T.copy()
     T_target_source[:3, 3] += target.origin - T[:3, :3] @ source.origin

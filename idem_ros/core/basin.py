@@ -3,6 +3,8 @@
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Matrix6, Transform
+from idem_ros.core.balls import Balls
 from idem_ros.core.contrast import mean_contrast, sums_at_each
 from idem_ros.core.observability import middle_and_arm, unit_motions
 
@@ -14,7 +16,7 @@ LEAST = 0.01
 FARTHEST, PROBE = 5.0, 0.5  # of the radius
 
 
-def confidence(balls, T_target_source, model):
+def confidence(balls: Balls, T_target_source: Transform, model: tuple[float, float]) -> float:
     """Return how likely a solve succeeds of which a coarse stage ended here, 0 to 1.
 
     In a valley every way out leads up: by how much q_mean rises a radius away, on average.
@@ -24,7 +26,7 @@ def confidence(balls, T_target_source, model):
     return 1.0 / (1.0 + (middle / max(mean, LEAST)) ** slope)
 
 
-def gauge(balls, T_target_source, T_guess):
+def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float:
     """Return how far a guess was on the way from a minimum to the crown of maxima around it.
 
     0 at the minimum, 1 at the rim, more beyond. q_tot is probed along the one motion that leads
@@ -47,12 +49,12 @@ def gauge(balls, T_target_source, T_guess):
     return way / places[max(int(np.argmax(q)), 1)]
 
 
-def _way(balls, T_target_source, T_guess):
+def _way(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float:
     """Return how far the surfaces move from one pose to the other, in the clouds' unit."""
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
     return float(np.linalg.norm(np.linalg.solve(_units(balls, T_target_source), twist)))
 
 
-def _units(balls, T_target_source):
+def _units(balls: Balls, T_target_source: Transform) -> Matrix6:
     middle, arm = middle_and_arm(balls, T_target_source)
     return unit_motions(middle, np.eye(3) / arm)

@@ -6,10 +6,14 @@ bit, for any number of threads.
 
 import math
 import os
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
+
+Item = TypeVar('Item')
+Result = TypeVar('Result')
 
 BLOCK = 2048
 
@@ -24,7 +28,7 @@ class Workers(NamedTuple):
     threads: int = 1
     deadline: float = math.inf  # of perf_counter [s]
 
-    def are_late(self):
+    def are_late(self) -> bool:
         """Whether the deadline has passed."""
         return perf_counter() > self.deadline
 
@@ -32,18 +36,20 @@ class Workers(NamedTuple):
 ALONE = Workers()
 
 
-def in_blocks(n, workers, call):
+def in_blocks(n: int, workers: Workers, call: Callable[[int, int], Result]) -> list[Result]:
     """Return [call(begin, end), ...] over blocks of n points, in their order."""
     return in_threads(workers, lambda span: call(*span), spans(n, workers))
 
 
-def spans(n, workers):
+def spans(n: int, workers: Workers) -> list[tuple[int, int]]:
     """Return (begin, end) of the blocks of n points; one, for one worker that has no deadline."""
     block = n if workers == ALONE else BLOCK
     return [(begin, min(begin + block, n)) for begin in range(0, n, block)]
 
 
-def in_threads(workers, call, items):
+def in_threads(
+    workers: Workers, call: Callable[[Item], Result], items: Sequence[Item]
+) -> list[Result]:
     """Return [call(item), ...]; the calls must not come back here, or they wait for themselves.
 
     This thread takes its share: to hand an item over costs as much as a small block.
@@ -53,9 +59,9 @@ def in_threads(workers, call, items):
     """
     threads = min(workers.threads, len(items))
 
-    def share(k):
+    def share(k: int) -> list[Result]:
         """Return the results of the k-th thread's items."""
-        results = []
+        results: list[Result] = []
         for item in items[k::threads]:
             if workers.are_late():
                 raise OutOfTime
@@ -66,7 +72,7 @@ def in_threads(workers, call, items):
         threads = 1
         return share(0)
     others = [_pool(threads - 1).submit(share, k) for k in range(1, threads)]
-    results = [None] * len(items)
+    results: list[Any] = [None] * len(items)
     try:
         results[::threads] = share(0)
     finally:
@@ -79,7 +85,7 @@ def in_threads(workers, call, items):
 
 
 @cache
-def _pool(threads):
+def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix='idem_core')
 
 

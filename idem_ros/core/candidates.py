@@ -9,8 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import se3
-from idem_ros.core.blocks import in_blocks
-from idem_ros.core.grid import bounds, neighbours, room_for
+from idem_ros.core.arrays import (
+    Integers,
+    Integers32,
+    Point,
+    Points,
+    RotationMatrix,
+    Transform,
+)
+from idem_ros.core.blocks import Workers, in_blocks
+from idem_ros.core.grid import Grid, bounds, neighbours, room_for
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import into_frame
 
@@ -21,8 +29,8 @@ EXPECTED = 8  # candidates a point; the list grows where there are more
 class Candidates(NamedTuple):
     """For each point of a cloud, points of the other: member[first[i]:first[i + 1]]."""
 
-    first: np.ndarray  # (N + 1,) int64
-    member: np.ndarray  # (K,) int32
+    first: Integers  # (N + 1,)
+    member: Integers32  # (K,)
 
 
 class CandidatePairs(NamedTuple):
@@ -30,11 +38,13 @@ class CandidatePairs(NamedTuple):
 
     of_target: Candidates
     of_source: Candidates
-    transform: np.ndarray  # (4, 4) T_target_source at which they were enumerated
-    box: tuple[np.ndarray, np.ndarray]  # lowest and highest coordinates (3,) of the source
+    transform: Transform  # T_target_source at which they were enumerated
+    box: tuple[Point, Point]  # lowest and highest coordinates of the source
 
 
-def candidate_pairs(target, source, T_target_source, reach, workers):
+def candidate_pairs(
+    target: Grid, source: Grid, T_target_source: Transform, reach: float, workers: Workers
+) -> CandidatePairs:
     """Enumerate all pairs of two grids within reach, which is at most a cell of either."""
     if len(source.points) <= len(target.points):
         of_source = _candidates(
@@ -47,10 +57,12 @@ def candidate_pairs(target, source, T_target_source, reach, workers):
     return CandidatePairs(of_target, of_source, T_target_source, bounds(source.points))
 
 
-def _candidates(points, grid, T_points_grid, reach, workers):
+def _candidates(
+    points: Points, grid: Grid, T_points_grid: Transform, reach: float, workers: Workers
+) -> Candidates:
     R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
 
-    def enumerate_block(begin, end):
+    def enumerate_block(begin: int, end: int) -> tuple[Integers, Integers32]:
         """Return the candidates of a block of points, as those of a cloud."""
         return _enumerate(points[begin:end], R, t, grid, reach**2)
 
@@ -63,13 +75,13 @@ def _candidates(points, grid, T_points_grid, reach, workers):
     return Candidates(np.concatenate([np.zeros(1, np.int64), *firsts]), members)
 
 
-def still_hold(pairs, T_target_source, skin):
+def still_hold(pairs: CandidatePairs, T_target_source: Transform, skin: float) -> bool:
     """Whether no point of the source has moved by more than the skin since the enumeration."""
     return _farthest(T_target_source, pairs.transform, pairs.box) <= skin**2
 
 
 @kernel
-def _farthest(T, before, box):
+def _farthest(T: Transform, before: Transform, box: tuple[Point, Point]) -> float:
     """Return the greatest squared distance that points of a box move by from a transform to T.
 
     How far a point is moved is convex in the point: greatest in a corner.
@@ -87,7 +99,9 @@ def _farthest(T, before, box):
 
 
 @kernel
-def _enumerate(points, R, t, grid, r2):
+def _enumerate(
+    points: Points, R: RotationMatrix, t: Point, grid: Grid, r2: float
+) -> tuple[Integers, Integers32]:
     """Return where the candidates of each point begin and end, and all of them in a row.
 
     R, t take the grid's frame to that of the points.
@@ -109,7 +123,7 @@ def _enumerate(points, R, t, grid, r2):
 
 
 @kernel
-def _transposed(first, member, n_others):
+def _transposed(first: Integers, member: Integers32, n_others: int) -> tuple[Integers, Integers32]:
     """Return the same pairs listed for the others, in the order of the first's points."""
     count = np.zeros(n_others + 2, np.int64)
     for c in range(member.shape[0]):

@@ -1,11 +1,16 @@
 """A cloud prepared for the metric: what a rigid motion leaves alone, computed once and kept."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
 from threading import Lock
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from idem_ros.core.blocks import ALONE, in_threads, spans
+from idem_ros.core.arrays import Indices, Mask, MomentRows, Point, Points, Weights
+from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
 from idem_ros.core.candidates import SKIN
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
@@ -13,8 +18,11 @@ from idem_ros.core.grid import Grid, bounds, build_grid
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import AS_MEASURED, TIE, own_moments
 from idem_ros.core.noise import SAMPLE, thickness_and_members
-from idem_ros.core.voxel_size import fit_of
+from idem_ros.core.voxel_size import Fit, fit_of
 from idem_ros.core.voxels import reduce_to_voxels
+
+Value = TypeVar('Value')
+Scalar = TypeVar('Scalar', bound=np.generic)
 
 KEPT = 8  # results of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
@@ -27,18 +35,18 @@ class Cells(NamedTuple):
     """A cloud's points in the order of the cells they lie in."""
 
     grid: Grid
-    order: np.ndarray  # (N,): grid.points = points[order]
-    weights: np.ndarray  # (N, 7) or (1, 7): weight and scatter, in the same order
+    order: Indices  # (N,): grid.points = points[order]
+    weights: Weights  # (N, 7) or (1, 7): weight and scatter, in the same order
 
 
 class Neighbourhoods(NamedTuple):
     """The same, each with the moments of the ball around it in its own cloud."""
 
     grid: Grid
-    order: np.ndarray
-    weights: np.ndarray
-    unit: np.ndarray  # (N, 10), each point counting once
-    own: np.ndarray  # (N, 10), with weight and scatter; the same array where all have one and none
+    order: Indices
+    weights: Weights
+    unit: MomentRows  # (N, 10), each point counting once
+    own: MomentRows  # (N, 10), with weight and scatter; the same array where all have one and none
 
 
 class Cloud:
@@ -61,39 +69,43 @@ class Cloud:
         InvalidCloud: another shape, not numbers, or no finite point.
     """
 
-    def __init__(self, points):
+    def __init__(self, points: ArrayLike) -> None:
         self._init(*_centred_points(points), AS_MEASURED, KEPT)
 
     @classmethod
-    def for_one_call(cls, points):
+    def for_one_call(cls, points: ArrayLike) -> Cloud:
         """Return a cloud that keeps the latest result of each kind only: nobody else will ask."""
         cloud = cls.__new__(cls)
         cloud._init(*_centred_points(points), AS_MEASURED, 1)
         return cloud
 
-    def _init(self, origin, finite, points, weights, kept):
+    def _init(
+        self, origin: Point, finite: Mask, points: Points, weights: Weights, kept: int
+    ) -> None:
         # Kernels take the arrays themselves: of read-only ones each would be compiled once more.
         self._points, self._weights = points, weights
-        self.points, self.origin, self.finite = map(_read_only, (points, origin, finite))
+        self.points: Points = _read_only(points)
+        self.origin: Point = _read_only(origin)
+        self.finite: Mask = _read_only(finite)
         self.dropped = len(finite) - len(points)
         self._kept = _Kept(kept)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._points)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f'Cloud({len(self)} points)'
 
     @property
-    def is_reduced(self):
+    def is_reduced(self) -> bool:
         """Whether the points are means of voxels, and stand for others."""
         return self._weights is not AS_MEASURED
 
-    def bounds(self):
+    def bounds(self) -> tuple[Point, Point]:
         """Return the lowest and highest coordinates (3,), minus `origin`; computed once."""
         return self._kept.get('bounds', None, lambda: bounds(self._points))
 
-    def fourth_neighbor_distance(self, most=None):
+    def fourth_neighbor_distance(self, most: int | None = None) -> float:
         """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.
 
         Of every point, or of every n-th, at least `most` of them; computed once.
@@ -107,14 +119,14 @@ class Cloud:
             'spacing', most, lambda: mean_fourth_neighbor_distance(self._points, most)
         )
 
-    def thickness(self, radius):
+    def thickness(self, radius: float) -> tuple[float, float]:
         """Return how thick surfaces are in balls of a radius, and their members' weight.
 
         Of a sample of the points; computed once.
         """
         return self._kept.get('thickness', radius, lambda: self._thickness(radius))
 
-    def _thickness(self, radius):
+    def _thickness(self, radius: float) -> tuple[float, float]:
         cells = self.in_cells(radius)
         stride = max(len(self) // SAMPLE, 1)
         unit, own = np.empty((2, -(-len(self) // stride), 10))
@@ -122,22 +134,22 @@ class Cloud:
         own_moments(cells.grid, cells.weights, radius * radius * TIE, span, stride, unit, own)
         return thickness_and_members(own)
 
-    def in_cells(self, radius):
+    def in_cells(self, radius: float) -> Cells:
         """Return the `Cells` for balls up to a radius and its skin; sorted once."""
         return self._kept.get('cells', radius, lambda: self._in_cells(radius))
 
-    def _in_cells(self, radius):
+    def _in_cells(self, radius: float) -> Cells:
         grid, order = build_grid(self._points, radius * (1.0 + SKIN) * CELL_MARGIN)
         weights = self._weights.take(order, axis=0) if self.is_reduced else self._weights
         return Cells(grid, order, weights)
 
-    def crowding(self, radius):
+    def crowding(self, radius: float) -> float:
         """Return how many points share the cell of a point, on average; see `in_cells`."""
         in_cell = np.diff(self.in_cells(radius).grid.start)
         in_cell = in_cell[in_cell > 0].astype(np.float64)
         return float(in_cell @ in_cell / len(self))
 
-    def require_resolved(self, voxel_size):
+    def require_resolved(self, voxel_size: float) -> None:
         """Refuse voxels finer than single precision resolves the cloud's extent.
 
         Raises:
@@ -152,33 +164,36 @@ class Cloud:
                 f'middle: it must be {extent / FINEST:.1g} at least, or none'
             )
 
-    def voxel_fit(self):
+    def voxel_fit(self) -> Fit | None:
         """Return how the points fill voxels, a `Fit`, or None; computed once."""
         return self._kept.get('voxel_fit', None, lambda: fit_of(self._points))
 
-    def reduced(self, voxel_size):
+    def reduced(self, voxel_size: float) -> Cloud:
         """Return the cloud of voxel means, in this frame and with this origin; computed once.
 
         Each mean has the weight and the scatter of the points that it stands for.
         """
         return self._kept.get('reduced', voxel_size, lambda: self._reduced(voxel_size))
 
-    def _reduced(self, voxel_size):
+    def _reduced(self, voxel_size: float) -> Cloud:
         cloud = Cloud.__new__(Cloud)
         mean, weights = reduce_to_voxels(self._points, self._weights, voxel_size)
         cloud._init(self.origin, np.ones(len(mean), bool), mean, weights, self._kept.most)
         return cloud
 
 
+CloudLike = ArrayLike | Cloud  # (N, 3) points, or a `Cloud` made of them
+
+
 class _Kept:
     """Results of a cloud by kind and key, the latest few of each kind: all that is kept."""
 
-    def __init__(self, most):
+    def __init__(self, most: int) -> None:
         self.most = most
-        self._found = {}
+        self._found: dict[str, dict[Hashable, Any]] = {}
         self._lock = Lock()
 
-    def get(self, kind, key, make):
+    def get(self, kind: str, key: Hashable, make: Callable[[], Value]) -> Value:
         """Return what was kept, or what make returns: made outside the lock, to the same bits."""
         with self._lock:
             of_kind = self._found.setdefault(kind, {})
@@ -191,13 +206,15 @@ class _Kept:
                 of_kind.pop(next(iter(of_kind)))
         return value
 
-    def has(self, kind, key):
+    def has(self, kind: str, key: Hashable) -> bool:
         """Whether it is kept."""
         with self._lock:
             return key in self._found.get(kind, {})
 
 
-def neighbourhoods(clouds, radius, workers=ALONE):
+def neighbourhoods(
+    clouds: Sequence[Cloud], radius: float, workers: Workers = ALONE
+) -> list[Neighbourhoods]:
     """Return the `Neighbourhoods` of each cloud at a radius; computed once and kept with it.
 
     Raises:
@@ -208,7 +225,7 @@ def neighbourhoods(clouds, radius, workers=ALONE):
     found = [Neighbourhoods(*each, *_room_for_moments(each)) for each in cells]
     blocks = [(each, span) for each in found for span in spans(len(each.order), workers)]
 
-    def fill(block):
+    def fill(block: tuple[Neighbourhoods, tuple[int, int]]) -> None:
         """Fill the moments of a block of points."""
         of, span = block
         own_moments(of.grid, of.weights, radius * radius * TIE, span, 1, of.unit, of.own)
@@ -216,7 +233,7 @@ def neighbourhoods(clouds, radius, workers=ALONE):
     in_threads(workers, fill, blocks)
     made = dict(zip(new, found, strict=True))
 
-    def kept(cloud):
+    def kept(cloud: Cloud) -> Neighbourhoods:
         """Return a cloud's; anew where it was let go of since it was looked up."""
         get = cloud._kept.get
         return get(
@@ -226,23 +243,23 @@ def neighbourhoods(clouds, radius, workers=ALONE):
     return [kept(cloud) for cloud in clouds]
 
 
-def _room_for_moments(cells):
+def _room_for_moments(cells: Cells) -> tuple[MomentRows, MomentRows]:
     unit = np.empty((len(cells.order), 10))
     return unit, np.empty_like(unit) if len(cells.weights) > 1 else unit
 
 
-def as_cloud(points):
+def as_cloud(points: CloudLike) -> Cloud:
     """Return a `Cloud` as it is, and anything else made into one, for one call."""
     return points if isinstance(points, Cloud) else Cloud.for_one_call(points)
 
 
-def _read_only(array):
+def _read_only(array: NDArray[Scalar]) -> NDArray[Scalar]:
     view = array.view()
     view.flags.writeable = False
     return view
 
 
-def _centred_points(points):
+def _centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
     points = _checked_points(points)
     finite, kept = _finite(points)
     if len(kept) == 0:
@@ -257,10 +274,12 @@ def _centred_points(points):
     return origin, finite, kept
 
 
-def _checked_points(points):
+def _checked_points(points: Any) -> Points:
     try:
         masked = isinstance(points, np.ma.MaskedArray)
-        array = points.astype(np.float64).filled(np.nan) if masked else np.asarray(points)
+        array: NDArray[Any] = (
+            cast(Any, points).astype(np.float64).filled(np.nan) if masked else np.asarray(points)
+        )
         if array.dtype.kind not in 'fiub':
             raise TypeError(f'its dtype is {array.dtype}')
     except (TypeError, ValueError) as error:
@@ -273,7 +292,7 @@ def _checked_points(points):
 
 
 @kernel
-def _finite(points):
+def _finite(points: Points) -> tuple[Mask, Points]:
     """Return which rows are finite and no farther than any measurement, and these rows."""
     finite = np.empty(points.shape[0], np.bool_)
     n = 0

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 
@@ -20,7 +21,7 @@ FACTORS = 0.01, 1000.0
 MOST_STAGES = 16
 
 
-def _parameter(default, description, unit='', **metadata):
+def _parameter(default: Any, description: str, unit: str = '', **metadata: Any) -> Any:
     return field(default=default, metadata={'description': description, 'unit': unit, **metadata})
 
 
@@ -87,7 +88,7 @@ class RegistrationConfig:
         choices=ASSESSMENTS,
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for each in fields(self):
             value = _plain(getattr(self, each.name))
             object.__setattr__(self, each.name, value)
@@ -103,7 +104,7 @@ class RegistrationConfig:
         if self.budget_ms is not None:
             _require_positive('budget_ms', self.budget_ms)
 
-    def _check_schedule(self):
+    def _check_schedule(self) -> None:
         given = self.radius_schedule
         if not isinstance(given, Iterable) or not (schedule := tuple(map(_plain, given))):
             raise InvalidConfig(
@@ -123,23 +124,29 @@ class RegistrationConfig:
         object.__setattr__(self, 'radius_schedule', schedule)
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     """Return a NumPy scalar as Python's: a kernel would be compiled anew for its type."""
-    return value.item() if isinstance(value, np.generic) else value
+    return cast(Any, value).item() if isinstance(value, np.generic) else value
 
 
-def _require_positive(name, value):
+def _require_positive(name: str, value: Any) -> None:
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not (is_number and math.isfinite(value) and value > 0):
         raise InvalidConfig(f'{name} is {value!r}; it must be a finite number above 0')
 
 
-def _require_one_of(name, value, choices):
+def _require_one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
     if value not in choices:
         raise InvalidConfig(f'{name} is {value!r}; it must be one of {choices}')
 
 
-def _require_within(name, value, limits, is_whole=False, words=()):
+def _require_within(
+    name: str,
+    value: Any,
+    limits: tuple[float, float],
+    is_whole: bool = False,
+    words: tuple[str, ...] = (),
+) -> None:
     low, high = limits
     types = int if is_whole else (int, float)
     is_number = isinstance(value, types) and not isinstance(value, bool)

@@ -5,16 +5,18 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
+from idem_ros.core.balls import Balls
 from idem_ros.core.blocks import BLOCK, in_threads
-from idem_ros.core.linearization import SUMS, linearize, of_both
+from idem_ros.core.linearization import SUMS, BallCost, linearize, of_both
 from idem_ros.core.newton import decrement, newton_step
 
 
 class Linearization(NamedTuple):
     """A cost near a transform, in a twist (omega, v) on its left."""
 
-    gradient: np.ndarray  # (6,)
-    matrix: np.ndarray  # (6, 6)
+    gradient: Twist
+    matrix: Matrix6
 
 
 class JointEntropy:
@@ -29,7 +31,7 @@ class JointEntropy:
         ball_cost: `BallCost`, without the tangential weighting.
     """
 
-    def __init__(self, balls, ball_cost):
+    def __init__(self, balls: Balls, ball_cost: BallCost) -> None:
         self.balls, self.ball_cost = balls, ball_cost
         # Each block is added up by one thread, the blocks in their order: the same bits for any.
         self._block = tuple(np.arange(len(cloud.order)) // BLOCK for cloud in balls.clouds)
@@ -40,7 +42,7 @@ class JointEntropy:
             for k in range(threads)
         ]
 
-    def value(self, T_target_source):
+    def value(self, T_target_source: Transform) -> float:
         """Return q_tot at a transform.
 
         Not what steps are accepted by: on the way to a minimum it rises where points begin to
@@ -49,7 +51,7 @@ class JointEntropy:
         (value,), _, _ = self._at(T_target_source, self.ball_cost._replace(valued=True))
         return float(value)
 
-    def linearize(self, T_target_source):
+    def linearize(self, T_target_source: Transform) -> Linearization:
         """Return the `Linearization` at a transform.
 
         Raises:
@@ -58,7 +60,9 @@ class JointEntropy:
         _, (gradient,), (matrix,) = self._at(T_target_source, self.ball_cost)
         return Linearization(gradient, matrix)
 
-    def _at(self, T_target_source, ball_cost):
+    def _at(
+        self, T_target_source: Transform, ball_cost: BallCost
+    ) -> tuple[Floats, Floats, Floats]:
         balls, sums = self.balls, tuple(np.zeros((n, SUMS)) for n in self._blocks)
         what = balls.sides(T_target_source), se3.both_ways(T_target_source), ball_cost
         in_threads(
@@ -76,7 +80,7 @@ class NormalBalance(JointEntropy):
     holds, is the Newton decrement g^T M^-1 g / 2, M its Gauss-Newton matrix.
     """
 
-    def value(self, T_target_source):
+    def value(self, T_target_source: Transform) -> float:
         """Return the Newton decrement at a transform."""
         gradient, matrix = self.linearize(T_target_source)
         step, _ = newton_step(matrix, gradient)

@@ -5,12 +5,20 @@ region, and how far that would move the result, is a sample of its error: the ja
 are wide, because neighbours err alike: they share points, rings of a scan and the flaws of a wall.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Indices, Integers, Matrix6, Points, Transform, Twists
+from idem_ros.core.candidates import CandidatePairs
+from idem_ros.core.cost import JointEntropy
 from idem_ros.core.jit import kernel
 from idem_ros.core.linearization import SUMS, linearize, of_both
 from idem_ros.core.newton import LEAST_STIFFNESS
+from idem_ros.core.observability import Observability
 
 # Edge of the cubes that err together: of the lever arm, and of the radius at least.
 REGION, LEAST_REGION = 0.27, 3.0
@@ -22,7 +30,9 @@ LEVERAGE = 0.95  # most of a motion's stiffness that one region may have: a fini
 FLOOR = 1e-4  # of the radius: where the solver stops
 
 
-def by_region(cost, T_target_source, observability):
+def by_region(
+    cost: JointEntropy, T_target_source: Transform, observability: Observability
+) -> tuple[Floats, Floats]:
     """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions, x fastest."""
     balls = cost.balls
     edge = max(REGION * observability.lever_arm, LEAST_REGION * balls.radius)
@@ -32,7 +42,13 @@ def by_region(cost, T_target_source, observability):
     return _linearized(cost, T_target_source, in_turn, (here, there), PERIOD**3)
 
 
-def covariance_of(cost, T_target_source, observability, pulls, stiffness):
+def covariance_of(
+    cost: JointEntropy,
+    T_target_source: Transform,
+    observability: Observability,
+    pulls: Floats,
+    stiffness: Floats,
+) -> Matrix6:
     """Return the (6, 6) covariance of a result's error, a twist (omega, v) on its left.
 
     Args:
@@ -53,7 +69,7 @@ def covariance_of(cost, T_target_source, observability, pulls, stiffness):
     return scatter + floor + observability.lever_arm**2 * free @ free.T
 
 
-def _scatter(pulls, stiffness, firm, roots):
+def _scatter(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
     """Return the jackknife's (6, 6): the sum over regions of how far the rest would move."""
     some = stiffness[:, 3, 3] > 0.0
     rest = np.eye(firm.shape[1]) - LEVERAGE * (firm.T @ stiffness[some] @ firm)
@@ -61,7 +77,7 @@ def _scatter(pulls, stiffness, firm, roots):
     return moves.T @ moves
 
 
-def _firm_and_loose(observability, matrix):
+def _firm_and_loose(observability: Observability, matrix: Matrix6) -> tuple[Twists, Twists]:
     """Return motions (6, k) of unit stiffness, and the others: those free, and without any."""
     held = observability.held
     stiffness, axes = np.linalg.eigh(held.T @ matrix @ held)
@@ -70,13 +86,15 @@ def _firm_and_loose(observability, matrix):
     return held @ axes[:, firm] / np.sqrt(stiffness[firm]), loose
 
 
-def _curvature(cost, T, held, observability):
+def _curvature(
+    cost: JointEntropy, T: Transform, held: Twists, observability: Observability
+) -> tuple[Floats, Floats]:
     """Return the curvature over the majoriser's along axes (k, k) of the held motions, (k,).
 
     The majoriser is wider than the cost: by how much, a sample of the centres tells.
     """
     balls = cost.balls
-    moved = np.linalg.norm(np.linalg.solve(observability.units, held), axis=0)
+    moved: Floats = np.linalg.norm(np.linalg.solve(observability.units, held), axis=0)
     steps = STEP * balls.radius / moved
     pairs = balls.pairs(T)
     sizes = [len(cloud.order) for cloud in balls.clouds]
@@ -85,8 +103,9 @@ def _curvature(cost, T, held, observability):
     nobody = tuple(np.zeros(size, np.int64) for size in sizes)
     places = [T, *(se3.exp(move) @ T for move in (steps * held).T)]
     found = [_linearized(cost, at, some, nobody, 1, pairs) for at in places]
-    (pull, *others), (stiffness, *_) = ([each[i][0] for each in found] for i in (0, 1))
-    change = (np.reshape(others, (-1, 6)) - pull) / steps[:, None]
+    pulls = np.concatenate([pull for pull, _ in found])
+    stiffness: Matrix6 = found[0][1][0]
+    change: Floats = (pulls[1:] - pulls[:1]) / steps[:, None]
     sampled = held.T @ stiffness @ held
     firmness = np.linalg.eigvalsh(sampled)
     if (firmness <= LEAST_STIFFNESS * firmness.max(initial=0.0)).any():  # it met not all surfaces
@@ -95,11 +114,18 @@ def _curvature(cost, T, held, observability):
     return np.clip(part, LEAST_CURVATURE, MOST_CURVATURE), axes
 
 
-def _symmetric(matrix):
+def _symmetric(matrix: NDArray[np.floating[Any]]) -> Floats:
     return (matrix + matrix.T) / 2
 
 
-def _linearized(cost, T, chosen, regions, count, pairs=None):
+def _linearized(
+    cost: JointEntropy,
+    T: Transform,
+    chosen: Sequence[Indices],
+    regions: Sequence[Integers],
+    count: int,
+    pairs: CandidatePairs | None = None,
+) -> tuple[Floats, Floats]:
     """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of G regions of centres.
 
     chosen: indices of the target's centres, and of the source's; regions: which one each is in.
@@ -112,7 +138,7 @@ def _linearized(cost, T, chosen, regions, count, pairs=None):
 
 
 @kernel
-def _region_of(points, T, edge):
+def _region_of(points: Points, T: Transform, edge: float) -> Integers:
     region, of_edge = np.empty(points.shape[0], np.int64), 1.0 / edge
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -125,7 +151,7 @@ def _region_of(points, T, edge):
 
 
 @kernel
-def _in_turn(region):
+def _in_turn(region: Integers) -> Integers:
     """Return the indices of centres, one region's after another's."""
     start, order = np.zeros(PERIOD**3 + 1, np.int64), np.empty(region.shape[0], np.int64)
     for g in region:

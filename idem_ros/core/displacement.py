@@ -1,15 +1,18 @@
 """Poses around a pose: along an axis, in a plane, in a volume; and q_tot at all of them."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Point, Transform, Transforms
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.landscape import Landscape
 
 AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')  # along [length] and around [rad] the target frame's
 
 
-def displaced(T_target_source, offsets, pivot):
+def displaced(T_target_source: Transform, offsets: ArrayLike, pivot: Point) -> Transforms:
     """Return (K, 4, 4): a pose followed by each of K displacements of the source.
 
     Args:
@@ -26,7 +29,7 @@ def displaced(T_target_source, offsets, pivot):
     return result
 
 
-def offsets_on_grid(**coordinates):
+def offsets_on_grid(**coordinates: ArrayLike) -> tuple[tuple[int, ...], Floats]:
     """Return the shape of a grid and its offsets (K, 6), the first axis named varying slowest.
 
     Args:
@@ -42,13 +45,18 @@ def offsets_on_grid(**coordinates):
     return mesh[0].shape, offsets
 
 
-def centroid(landscape, T_target_source):
+def centroid(landscape: Landscape, T_target_source: Transform) -> Point:
     """Return the mean (3,) of the source's points, moved into the target frame."""
     mean = landscape.source.points.mean(axis=0) + landscape.source.origin
     return se3.transform_points(T_target_source, mean)
 
 
-def q_on_grid(landscape, T_target_source=None, pivot=None, **coordinates):
+def q_on_grid(
+    landscape: Landscape,
+    T_target_source: ArrayLike | None = None,
+    pivot: ArrayLike | None = None,
+    **coordinates: ArrayLike,
+) -> Floats:
     """Return q_tot at displacements of the source around a pose, one array axis per grid axis.
 
     Args:

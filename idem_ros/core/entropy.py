@@ -2,7 +2,19 @@
 
 import numpy as np
 
-from idem_ros.core.grid import neighbours, room_for
+from idem_ros.core.arrays import (
+    Centres,
+    Floats,
+    Indices,
+    Integers,
+    Mask,
+    Moments,
+    Points,
+    Rotations,
+    Transforms,
+)
+from idem_ros.core.cloud import Neighbourhoods
+from idem_ros.core.grid import Grid, neighbours, room_for
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
     AS_MEASURED,
@@ -22,7 +34,7 @@ MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 
 
 
 @kernel
-def entropy(moments, scale):
+def entropy(moments: Moments, scale: float) -> float:
     """Eq. 4: h = 1/2 ln((2 pi e)^3 det Sigma + 1), lengths divided by the scale."""
     if moments[0] <= MOST_WITHOUT_ENTROPY:
         return 0.0
@@ -30,13 +42,21 @@ def entropy(moments, scale):
     return 0.5 * np.log1p(TWO_PI_E_CUBED * det)
 
 
-def length_unit(length_scale, radius):
+def length_unit(length_scale: str, radius: float) -> float:
     """Return what lengths are divided by before an entropy is taken."""
     return radius if length_scale == 'radius' else 1.0
 
 
 @kernel
-def fill_differences(centres, grid, chosen, motions, size, q, reach):
+def fill_differences(
+    centres: Centres,
+    grid: Grid,
+    chosen: Indices,
+    motions: tuple[Rotations, Points],
+    size: tuple[float, float],
+    q: Floats,
+    reach: Floats,
+) -> None:
     """Eq. 7 at each of K poses: fill q_i and the other cloud's points in reach, (n, K) each.
 
     Args:
@@ -63,7 +83,7 @@ def fill_differences(centres, grid, chosen, motions, size, q, reach):
 
 
 @kernel
-def sums_of_each(q, reach, among):
+def sums_of_each(q: Floats, reach: Floats, among: Mask) -> tuple[Floats, Integers]:
     """Return sums over rows of q (n, K), and how many of reach (n, K) are above 0, (K,) each.
 
     among (n,): which rows. Row by row: the same bits for any K.
@@ -77,7 +97,14 @@ def sums_of_each(q, reach, among):
     return total, within
 
 
-def differences_at_each(centres, others, transforms, radius, scale, chosen=None):
+def differences_at_each(
+    centres: Neighbourhoods,
+    others: Neighbourhoods,
+    transforms: Transforms,
+    radius: float,
+    scale: float,
+    chosen: Indices | None = None,
+) -> tuple[Floats, Floats]:
     """Return what `fill_differences` does, (n, K) each: q_i and the other's points in reach.
 
     Args:

@@ -1,8 +1,11 @@
 """The mean distance to the fourth nearest neighbour, r_4th of the paper."""
 
+from typing import TypeAlias
+
 import numpy as np
 
-from idem_ros.core.grid import build_grid, neighbours, room_for
+from idem_ros.core.arrays import Floats, Indices, Point, Points
+from idem_ros.core.grid import Grid, build_grid, neighbours, room_for
 from idem_ros.core.jit import kernel
 
 FEW = 8  # points for which looking at all others costs no more than sorting them into cells
@@ -10,10 +13,12 @@ REACH = 1.7  # of the upper quartile of these: nearly all points are settled in 
 GROWTH = 3.0
 # An estimate leaves out what is this many times as far as all but a sixteenth of the points are.
 STRAY, STRAY_SHARE = 30.0, 16
+_Five: TypeAlias = tuple[float, float, float, float, float]  # squared distances, the least first
+
 LEAST_REACH = 1e-9  # of the extent, where most points are copies
 
 
-def mean_fourth_neighbor_distance(points, most=None):
+def mean_fourth_neighbor_distance(points: Points, most: int | None = None) -> float:
     """Return r_4th of (N, 3) finite points, N >= 5, the point itself not counted.
 
     most: an estimate from every n-th point, at least so many, is enough; copies and strays are
@@ -43,7 +48,7 @@ def mean_fourth_neighbor_distance(points, most=None):
 
 
 @kernel
-def _look_at_all(queries, points, chosen, distance):
+def _look_at_all(queries: Points, points: Points, chosen: Indices, distance: Floats) -> None:
     """Fill, for the chosen queries, the distance to the fourth nearest of the others."""
     for i in chosen:
         best = (np.inf, np.inf, np.inf, np.inf, np.inf)
@@ -53,7 +58,9 @@ def _look_at_all(queries, points, chosen, distance):
 
 
 @kernel
-def _look_in_cells(queries, grid, r2, chosen, distance):
+def _look_in_cells(
+    queries: Points, grid: Grid, r2: float, chosen: Indices, distance: Floats
+) -> None:
     """Do the same for those that have five points within sqrt(r2), themselves included."""
     found, rows = room_for(grid)
     for i in chosen:
@@ -69,13 +76,13 @@ def _look_in_cells(queries, grid, r2, chosen, distance):
 
 
 @kernel
-def _squared(p, o):
+def _squared(p: Point, o: Point) -> float:
     dx, dy, dz = o[0] - p[0], o[1] - p[1], o[2] - p[2]
     return dx * dx + dy * dy + dz * dz
 
 
 @kernel
-def _five_nearest(best, d):
+def _five_nearest(best: _Five, d: float) -> _Five:
     """Insert d in the five smallest, in order; the first is the point itself."""
     a, b, c, e, f = best
     if d >= f:

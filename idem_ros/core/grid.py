@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from idem_ros.core.arrays import Cell, Indices, Integer, Integers, Integers32, Point, Points
 from idem_ros.core.jit import kernel
 
 CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
@@ -18,15 +19,15 @@ class Grid(NamedTuple):
     it is short, never correctness.
     """
 
-    start: np.ndarray  # (cells + 1,) int32: first point of each cell
-    points: np.ndarray  # (N, 3) float64, sorted
-    low: np.ndarray  # (3,) float64: corner of the first cell
-    extent: np.ndarray  # (3,) int64: cells along each axis that hold points
-    bits: np.ndarray  # (3,) int64: log2 of the period along each axis, in cells
+    start: Integers32  # (cells + 1,): first point of each cell
+    points: Points  # sorted
+    low: Point  # corner of the first cell
+    extent: Integers  # (3,): cells along each axis that hold points
+    bits: Integers  # (3,): log2 of the period along each axis, in cells
     cell: float
 
 
-def build_grid(points, cell):
+def build_grid(points: Points, cell: float) -> tuple[Grid, Indices]:
     """Sort (N, 3) finite points, N >= 1, into cells of the given edge.
 
     Returns:
@@ -37,7 +38,7 @@ def build_grid(points, cell):
 
 
 @kernel
-def _period_bits(extent, n_points):
+def _period_bits(extent: Integers, n_points: int) -> Integers:
     bits = np.empty(3, np.int64)
     for axis in range(3):
         bits[axis] = max(_bit_length(extent[axis] - 1), LEAST_BITS)
@@ -48,7 +49,7 @@ def _period_bits(extent, n_points):
 
 
 @kernel
-def _bit_length(n):
+def _bit_length(n: Integer) -> int:
     length = 0
     while n > 0:
         n >>= 1
@@ -57,7 +58,7 @@ def _bit_length(n):
 
 
 @kernel
-def bounds(points):
+def bounds(points: Points) -> tuple[Point, Point]:
     """Return the lowest and highest coordinates (3,) of (N, 3) points."""
     ax, ay, az = bx, by, bz = points[0]
     for i in range(points.shape[0]):
@@ -69,7 +70,9 @@ def bounds(points):
 
 
 @kernel
-def _sort_into_cells(points, cell):
+def _sort_into_cells(
+    points: Points, cell: float
+) -> tuple[Point, Integers, Integers, Integers32, Integers32, Points]:
     """Counting sort by cell; points of one cell keep their order."""
     n = points.shape[0]
     low, high = bounds(points)
@@ -98,13 +101,15 @@ def _sort_into_cells(points, cell):
 
 
 @kernel
-def room_for(grid):
+def room_for(grid: Grid) -> tuple[Integers32, Integers32]:
     """Return what `neighbours` writes to: indices of points (N + 1,), and rows of cells."""
-    return np.empty(grid.points.shape[0] + 1, np.int32), np.empty((MOST_ROWS, 2), np.int32)
+    return np.empty(len(grid.points) + 1, np.int32), np.empty((MOST_ROWS, 2), np.int32)
 
 
 @kernel
-def neighbours(px, py, pz, grid, r2, found, rows):
+def neighbours(
+    px: float, py: float, pz: float, grid: Grid, r2: float, found: Integers32, rows: Integers32
+) -> Integer:
     """Write the indices of the grid's points within sqrt(r2) <= cell of p to found; return count.
 
     found and rows are of `room_for`.
@@ -122,7 +127,7 @@ def neighbours(px, py, pz, grid, r2, found, rows):
 
 
 @kernel
-def cell_of(px, py, pz, grid):
+def cell_of(px: float, py: float, pz: float, grid: Grid) -> Cell:
     """Return the cell of a place, which may lie outside the grid."""
     return (
         np.int64(np.floor((px - grid.low[0]) / grid.cell)),
@@ -132,7 +137,7 @@ def cell_of(px, py, pz, grid):
 
 
 @kernel
-def rows_around(cell, grid, least, rows):
+def rows_around(cell: Cell, grid: Grid, least: Integer, rows: Integers32) -> Integer:
     """Write begin and end of the points around a cell, row by row, to rows; return count.
 
     Rows that end at or before the index least are left out.
@@ -152,11 +157,21 @@ def rows_around(cell, grid, least, rows):
                 end = start[row + mask_x + 1]
             rows[n, 0], rows[n, 1] = begin, end
             n += end > max(begin, least)
-    return n
+    return n  # pyright: ignore[reportReturnType]  # an integer, of which NumPy tells less
 
 
 @kernel
-def within(px, py, pz, points, begin, end, r2, found, n):
+def within(
+    px: float,
+    py: float,
+    pz: float,
+    points: Points,
+    begin: Integer,
+    end: Integer,
+    r2: float,
+    found: Integers32,
+    n: Integer,
+) -> Integer:
     """Write the indices in [begin, end) of points within sqrt(r2) of p to found[n:]; count on."""
     for j in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz

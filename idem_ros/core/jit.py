@@ -1,25 +1,31 @@
 """How every kernel is compiled; the one place where that is decided, and told."""
 
+# Numba has no types.
+# pyright: reportUnknownMemberType=false
+
 import logging
 from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
 
 from idem_ros.core.kernel_cache import cache_of, kept_in_words
 
+Function = TypeVar('Function', bound=Callable[..., Any])
+
 PACKAGE = __name__.partition('.')[0]
 
 
-def compiler(**options) -> Callable[[Callable], Callable]:
+def compiler(**options: Any) -> Callable[[Function], Function]:
     """Return a decorator: a function is compiled when it is first called, or was kept.
 
     Args:
         options: of `numba.njit`.
     """
 
-    def decorate(function):
-        dispatcher = njit(**options)(function)
+    def decorate(function: Function) -> Function:
+        dispatcher: Any = cast(Any, njit(**options))(function)
         dispatcher._cache = cache_of(function)  # what cache=True does, with a cache of numba's
         return dispatcher
 
@@ -41,10 +47,10 @@ kernel = compiler(
 class _Teller(event.Listener):
     """Say once that kernels are being compiled, which numba does where its cache is cold."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.has_told = False
 
-    def on_start(self, event):
+    def on_start(self, event: Any) -> None:
         """Tell, where the kernel is one of this package."""
         dispatcher = event.data['dispatcher']
         if not self.has_told and dispatcher.py_func.__module__.startswith(PACKAGE):
@@ -54,7 +60,7 @@ class _Teller(event.Listener):
                 'compiling kernels: up to half a minute, %s', how_often
             )
 
-    def on_end(self, event):
+    def on_end(self, event: Any) -> None:
         """Do nothing: the first result tells."""
 
 

@@ -3,15 +3,27 @@
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import (
+    Floats,
+    Integers,
+    Mask,
+    Point,
+    Points,
+    RotationMatrix,
+    Transform,
+    Triple,
+)
 from idem_ros.core.entropy import entropy
-from idem_ros.core.grid import bounds, build_grid, cell_of, room_for, rows_around, within
+from idem_ros.core.grid import Grid, bounds, build_grid, cell_of, room_for, rows_around, within
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import TIE, plus, row_of
 
 MARGIN = 1.0 + 1e-9
 
 
-def differences(target, source, T_target_source, radius, scale):
+def differences(
+    target: Points, source: Points, T_target_source: Transform, radius: float, scale: float
+) -> tuple[Floats, Floats]:
     """Return q_i (Eq. 7), and how many points of the other cloud are in reach, of every point.
 
     Args:
@@ -37,7 +49,7 @@ def differences(target, source, T_target_source, radius, scale):
 
 
 @kernel
-def _joined(target, source, R, t):
+def _joined(target: Points, source: Points, R: RotationMatrix, t: Point) -> Points:
     n = target.shape[0]
     points = np.empty((n + source.shape[0], 3))
     for i in range(n):
@@ -52,7 +64,7 @@ def _joined(target, source, R, t):
 
 
 @kernel
-def _where_they_meet(points, n, radius):
+def _where_they_meet(points: Points, n: int, radius: float) -> Integers:
     """Return the indices of those points that q_i of any but zero depends on.
 
     A ball that holds points of both has its centre within a radius of both clouds' boxes: of the
@@ -77,7 +89,7 @@ def _where_they_meet(points, n, radius):
 
 
 @kernel
-def _differences(grid, is_source, r2, scale):
+def _differences(grid: Grid, is_source: Mask, r2: float, scale: float) -> Floats:
     """Return q_i and the other cloud's points in reach, (2, N), in the order of the grid."""
     moments = _moments(grid, is_source, r2)
     found = np.zeros((2, len(moments)))
@@ -92,7 +104,7 @@ def _differences(grid, is_source, r2, scale):
 
 
 @kernel
-def _moments(grid, is_source, r2):
+def _moments(grid: Grid, is_source: Mask, r2: float) -> Floats:
     """Return (N, 2, 10): moments about each point of the target's and the source's in its ball."""
     points = grid.points
     moments = np.zeros((len(points), 2, 10))
@@ -117,7 +129,7 @@ def _moments(grid, is_source, r2):
 
 
 @kernel
-def _add(m, d, sign):
+def _add(m: Floats, d: Triple, sign: float) -> None:
     dx, dy, dz = d
     m[0] += 1.0
     m[1] += sign * dx

@@ -4,14 +4,21 @@ Numba takes any error while it reads or writes its cache for the program's: an e
 power cut off leaves it, or a home that cannot be written ends every start.
 """
 
+# Numba has no types, and calls what is overridden here by position.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+# pyright: reportIncompatibleMethodOverride=false
+
 import logging
 import os
 import stat
 import tempfile
+from collections.abc import Generator
 from contextlib import contextmanager
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from numba.core.caching import (
     CompileResultCacheImpl,
@@ -33,7 +40,7 @@ class _HomeLocator(UserWideCacheLocator):
     """In the user's home, where there is one: without, `~` would be a folder like others."""
 
     @classmethod
-    def from_function(cls, py_func, py_file):
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
         if not Path(cls(py_func, py_file).get_cache_path()).is_absolute():
             return None
         return super().from_function(py_func, py_file)
@@ -42,14 +49,14 @@ class _HomeLocator(UserWideCacheLocator):
 class _TemporaryLocator(InTreeCacheLocator):
     """In a folder of temporary files that is this user's alone: what is in it is executed."""
 
-    def __init__(self, py_func, py_file):
+    def __init__(self, py_func: Any, py_file: str) -> None:
         super().__init__(py_func, py_file)
         self._cache_path = str(
             temporary_folder('kernels') / self.get_suitable_cache_subpath(py_file)
         )
 
     @classmethod
-    def from_function(cls, py_func, py_file):
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
         try:
             return super().from_function(py_func, py_file)
         except OSError:  # there is no folder of temporary files, or this one is somebody else's
@@ -60,7 +67,7 @@ class _InstalledLocator(InTreeCacheLocator):
     """Beside the source, where kernels may lie although nothing can be written."""
 
     @classmethod
-    def from_function(cls, py_func, py_file):
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
         return cls(py_func, py_file) if Path(py_file).exists() else None
 
 
@@ -81,30 +88,32 @@ class _Files(IndexDataCacheFile):
     source or signature than the index says, as a process leaves it that was killed in between.
     """
 
-    def __init__(self, folder, name, source_stamp, installed=None):
+    def __init__(
+        self, folder: str, name: str, source_stamp: object, installed: str | None = None
+    ) -> None:
         super().__init__(folder, name, source_stamp)
-        self._installed = installed and _Files(installed, name, source_stamp)
+        self._installed = _Files(installed, name, source_stamp) if installed else None
 
-    def load(self, key):
+    def load(self, key: object) -> Any:
         of, code = super().load(key) or (None, None)
         if of == (self._source_stamp, key):
             return code
-        return self._installed and self._installed.load(key)
+        return self._installed.load(key) if self._installed else None
 
-    def save(self, key, code):
+    def save(self, key: object, code: object) -> None:
         super().save(key, ((self._source_stamp, key), code))
 
-    def _load_index(self):
+    def _load_index(self) -> dict[Any, str]:
         return super()._load_index() if _is_whole(self._index_path) else {}
 
-    def _load_data(self, name):
+    def _load_data(self, name: str) -> Any:
         path = self._data_path(name)
         if not _is_whole(path):
             raise FileNotFoundError(path)
         return super()._load_data(name)
 
     @contextmanager
-    def _open_for_write(self, path):
+    def _open_for_write(self, path: str) -> Generator[BytesIO, None, None]:
         content = BytesIO()
         yield content
         with super()._open_for_write(path) as file:
@@ -121,7 +130,7 @@ class KernelCache(FunctionCache):
     _impl_class = _Places
     has_told = False
 
-    def __init__(self, py_func):
+    def __init__(self, py_func: Any) -> None:
         super().__init__(py_func)
         locator, name = self._impl.locator, self._impl.filename_base
         installed = _InstalledLocator(py_func, py_func.__code__.co_filename).get_cache_path()
@@ -129,7 +138,7 @@ class KernelCache(FunctionCache):
             installed = None
         self._cache_file = _Files(self._cache_path, name, locator.get_source_stamp(), installed)
 
-    def load_overload(self, sig, target_context):
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel for a signature, or None: it is to be compiled."""
         try:
             return super().load_overload(sig, target_context)
@@ -137,7 +146,7 @@ class KernelCache(FunctionCache):
             LOG.debug('%s is compiled anew: %r', self._name, error)
             return None
 
-    def save_overload(self, sig, data):
+    def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a kernel, where that is possible."""
         try:
             super().save_overload(sig, data)
@@ -147,7 +156,7 @@ class KernelCache(FunctionCache):
                 LOG.warning('compiled kernels cannot be kept (%s); %s', error, REMEDY)
 
 
-def cache_of(py_func):
+def cache_of(py_func: Any) -> Any:
     """Return the cache of a kernel; one that keeps nothing where its source is no file."""
     try:
         return KernelCache(py_func)
@@ -155,7 +164,7 @@ def cache_of(py_func):
         return NullCache()
 
 
-def kept_in_words(cache) -> str:
+def kept_in_words(cache: Any) -> str:
     """Say how often kernels with this cache are compiled, and why where it is more than once."""
     locator = getattr(getattr(cache, '_impl', None), 'locator', None)
     if locator is None or isinstance(locator, _InstalledLocator):

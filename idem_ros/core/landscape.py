@@ -3,10 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Integers, Transforms
 from idem_ros.core.blocks import Workers, in_threads
-from idem_ros.core.cloud import as_cloud, neighbourhoods
+from idem_ros.core.cloud import CloudLike, as_cloud, neighbourhoods
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.entropy import differences_at_each, length_unit, sums_of_each
 from idem_ros.core.exceptions import InvalidTransform
@@ -19,8 +21,8 @@ ROUNDED = 1e-12  # how far a rotation may be off before it is made orthonormal
 class Values(NamedTuple):
     """What `Landscape.values` found at each of K transforms."""
 
-    q_tot: np.ndarray  # (K,) float64 [nat]
-    within: np.ndarray  # (K,) int64: points of both clouds with a neighbour in the other
+    q_tot: Floats  # (K,) [nat]
+    within: Integers  # (K,): points of both clouds with a neighbour in the other
 
 
 class Landscape:
@@ -40,7 +42,14 @@ class Landscape:
         InvalidCloud, InvalidConfig: for what cannot be evaluated.
     """
 
-    def __init__(self, target, source, radius=None, length_scale='radius', threads=1):
+    def __init__(
+        self,
+        target: CloudLike,
+        source: CloudLike,
+        radius: float | None = None,
+        length_scale: str = 'radius',
+        threads: int = 1,
+    ) -> None:
         RegistrationConfig(length_scale=length_scale, threads=threads)  # refuses what is neither
         self.target, self.source = as_cloud(target), as_cloud(source)
         self._workers = Workers(threads)
@@ -52,7 +61,7 @@ class Landscape:
         if self.radius > 0.0:
             self._own = neighbourhoods((self.target, self.source), self.radius, self._workers)
 
-    def at(self, transforms):
+    def at(self, transforms: ArrayLike) -> Floats:
         """Return q_tot, (K,) [nat], at T_target_source of (K, 4, 4).
 
         Raises:
@@ -60,17 +69,17 @@ class Landscape:
         """
         return self.values(transforms).q_tot
 
-    def values(self, transforms):
+    def values(self, transforms: ArrayLike) -> Values:
         """Return `Values`: q_tot and the points with a neighbour across, as for `at`."""
         transforms = self._between_origins(_checked(transforms))
         if self.radius == 0.0 or not len(transforms):  # one place: every entropy is 0
             return Values(np.zeros(len(transforms)), np.zeros(len(transforms), np.int64))
         parts = [transforms[begin : begin + SPAN] for begin in range(0, len(transforms), SPAN)]
         found = in_threads(self._workers, self._of_span, parts)
-        q, within = (np.concatenate([part[i] for part in found]) for i in (0, 1))
-        return Values(q, within)
+        q, within = zip(*found, strict=True)
+        return Values(np.concatenate(q), np.concatenate(within))
 
-    def _of_span(self, transforms):
+    def _of_span(self, transforms: Transforms) -> tuple[Floats, Integers]:
         """Return the same, (K,) each, of a few transforms between the clouds' origins."""
         target, source = self._own
         q, within = np.zeros(len(transforms)), np.zeros(len(transforms), np.int64)
@@ -84,12 +93,12 @@ class Landscape:
             within += count
         return q, within
 
-    def _between_origins(self, transforms):
+    def _between_origins(self, transforms: Transforms) -> Transforms:
         transforms[:, :3, 3] += transforms[:, :3, :3] @ self.source.origin - self.target.origin
         return transforms
 
 
-def _checked(transforms):
+def _checked(transforms: ArrayLike) -> Transforms:
     """Return (K, 4, 4) float64; only those that are not rigid to the last digits cost time."""
     try:
         T = np.array(transforms, dtype=np.float64)

@@ -5,10 +5,27 @@ members l that move, W = Sigma^-1 and rho = c det Sigma / (1 + c det Sigma). The
 majorised at Sigma, which leaves rho k_B (1 - k_B / k) / k J^T W J as the Gauss-Newton matrix.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from idem_ros.core.arrays import (
+    Floats,
+    Indices,
+    Integer,
+    Integers,
+    Matrix6,
+    Moments,
+    Points,
+    RotationMatrix,
+    Rotations,
+    Sides,
+    Symmetric,
+    Transform,
+    Triple,
+    Twist,
+)
 from idem_ros.core.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
@@ -29,7 +46,10 @@ SUMS, VV = 28, 7  # VV: the matrix's first entry of vv, above 0 wherever there i
 # compiler then works on four or eight balls at once.
 TOGETHER = 128
 OWN, OTHER, GAIN, ROWS = 3, 13, 23, 24  # after the centre: moments, and exp(2 q_i)
-SIX, NINE = (0.0,) * 6, (0.0,) * 9
+_Six: TypeAlias = tuple[float, float, float, float, float, float]
+_Nine: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
+SIX: _Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NINE: _Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 MOST_BEND = 2.0
 
 
@@ -46,7 +66,14 @@ class BallCost(NamedTuple):
 
 
 @kernel
-def linearize(sides, motions, cost, chosen, group, sums):
+def linearize(
+    sides: Sides,
+    motions: tuple[Rotations, Points],
+    cost: BallCost,
+    chosen: Sequence[Indices],
+    group: Sequence[Indices],
+    sums: Sequence[Floats],
+) -> None:
     """Add value, gradient and Gauss-Newton matrix over the chosen centres of both clouds to sums.
 
     The value, where it is asked for, is sum h(Sigma) - h(Sigma of own members), h as in Eq. 4,
@@ -66,6 +93,7 @@ def linearize(sides, motions, cost, chosen, group, sums):
         (centres, own), (points, weights, first, member) = sides[s]
         R, t, its_group, its_sums = motions[0][s], motions[1][s], group[s], sums[s]
         n, g = np.int64(0), np.int64(0)
+        i: int
         for i in chosen[s]:
             if first[i] == first[i + 1]:
                 continue
@@ -83,7 +111,7 @@ def linearize(sides, motions, cost, chosen, group, sums):
 
 
 @kernel
-def _put(balls, n, p, own, m):
+def _put(balls: Floats, n: Integer, p: Triple, own: Floats, m: Moments) -> None:
     balls[0, n], balls[1, n], balls[2, n] = p
     for c in range(10):
         balls[OWN + c, n] = own[c]
@@ -94,7 +122,7 @@ def _put(balls, n, p, own, m):
 
 
 @kernel
-def _add(balls, n, R, cost, sums):
+def _add(balls: Floats, n: Integer, R: RotationMatrix, cost: BallCost, sums: Floats) -> None:
     """Add the first n balls' value, gradient and matrix to sums (28,)."""
     pull, vv, wv, ww = SIX, SIX, NINE, SIX
     for i in range(np.uint64(n)):
@@ -128,7 +156,7 @@ def _add(balls, n, R, cost, sums):
 
 
 @kernel
-def without_tangential(w):
+def without_tangential(w: Symmetric) -> Symmetric:
     """Return W^3 / tr(W)^2: each axis of Sigma by the square of its share of the pull.
 
     Along the surface the two clouds' means differ by where either happens to end or to be sampled,
@@ -139,7 +167,7 @@ def without_tangential(w):
 
 
 @kernel
-def balance(joint, cross, apart2):
+def balance(joint: Moments, cross: Moments, apart2: float) -> float:
     """Return 1 / (1 + d^4 / apart^4) for means of the ball's two clouds that are d apart.
 
     Far apart they are two rings, or two sides of the overlap's rim: their difference is then more
@@ -154,7 +182,7 @@ def balance(joint, cross, apart2):
 
 
 @kernel
-def bend(joint, cross):
+def bend(joint: Moments, cross: Moments) -> float:
     """Return by how much more the other cloud's points spread about the centre, less 1.
 
     A curved surface leaves its tangent by as much as points spread along it: the mean of own
@@ -170,20 +198,20 @@ def bend(joint, cross):
 
 
 @kernel
-def _det_of(own, noise):
+def _det_of(own: Moments, noise: float) -> float:
     if own[0] <= MOST_WITHOUT_ENTROPY:
         return 0.0
     return max(determinant(_with_noise(covariance(own), noise)), 0.0)
 
 
 @kernel
-def _with_noise(s, noise):
+def _with_noise(s: Symmetric, noise: float) -> Symmetric:
     xx, xy, xz, yy, yz, zz = s
     return xx + noise, xy, xz, yy + noise, yz, zz + noise
 
 
 @kernel
-def _moments_of(rows, i):
+def _moments_of(rows: Floats, i: Integer) -> Moments:
     return (
         *(rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i]),
         *(rows[5, i], rows[6, i], rows[7, i], rows[8, i], rows[9, i]),
@@ -191,7 +219,7 @@ def _moments_of(rows, i):
 
 
 @kernel
-def _pull(p, cross, joint, w, f, more):
+def _pull(p: Triple, cross: Moments, joint: Moments, w: Symmetric, f: float, more: float) -> _Six:
     """Return one centre's gradient (omega, v); the sums of a ball are relative to its centre p.
 
     more: own points count as this much farther from the centre.
@@ -205,9 +233,9 @@ def _pull(p, cross, joint, w, f, more):
     bx, by, bz = times(w, sx - n * mx, sy - n * my, sz - n * mz)
     # omega: sum x_l x W (x_l - m) = p x b + sum d x W d - s x W m
     ux, uy, uz = times(w, mx, my, mz)
-    ax, ay, az = times(w, xx, xy, xz)  # rows of S W
-    cx, cy, cz = times(w, xy, yy, yz)
-    ex, ey, ez = times(w, xz, yz, zz)
+    _, ay, az = times(w, xx, xy, xz)  # rows of S W
+    cx, _, cz = times(w, xy, yy, yz)
+    ex, ey, _ = times(w, xz, yz, zz)
     px, py, pz = p
     return (
         f * (py * bz - pz * by + cz - ey - (sy * uz - sz * uy)),
@@ -220,7 +248,7 @@ def _pull(p, cross, joint, w, f, more):
 
 
 @kernel
-def _turning(p, w, f):
+def _turning(p: Triple, w: Symmetric, f: float) -> _Nine:
     """Return f [x]_x W, of f J^T W J with J = [-[x]_x, I] for the motion of the moving mean x."""
     x, y, z = p
     xx, xy, xz, yy, yz, zz = w
@@ -232,7 +260,7 @@ def _turning(p, w, f):
 
 
 @kernel
-def _turned(p, w, f):
+def _turned(p: Triple, w: Symmetric, f: float) -> _Six:
     """Return the upper half of -f [x]_x W [x]_x."""
     x, y, z = p
     a00, a01, a02, a10, a11, a12, a20, a21, _ = _turning(p, w, f)
@@ -243,17 +271,17 @@ def _turned(p, w, f):
 
 
 @kernel
-def _plus6(a, b):
+def _plus6(a: _Six, b: _Six) -> _Six:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]
 
 
 @kernel
-def _plus9(a, b):
+def _plus9(a: _Nine, b: _Nine) -> _Nine:
     return (*_plus6(a[:6], b[:6]), a[6] + b[6], a[7] + b[7], a[8] + b[8])
 
 
 @kernel
-def _write(sums, pull, vv, wv, ww):
+def _write(sums: Floats, pull: _Six, vv: _Six, wv: _Nine, ww: _Six) -> None:
     for c in range(6):
         sums[c] += pull[c]
         sums[6 + c] += vv[c]
@@ -262,7 +290,7 @@ def _write(sums, pull, vv, wv, ww):
         sums[12 + c] += wv[c]
 
 
-def _places():
+def _places() -> Integers:
     """Return where in the sums after the value each entry of the matrix is, (6, 6)."""
     place = np.empty((6, 6), int)
     upper = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
@@ -276,7 +304,9 @@ _MATRIX = _places()
 
 
 @kernel
-def of_both(here, there, T_target_source):
+def of_both(
+    here: Floats, there: Floats, T_target_source: Transform
+) -> tuple[Floats, Floats, Floats]:
     """Return values (G,), gradients (G, 6) and Gauss-Newton matrices (G, 6, 6), twist (omega, v).
 
     Of the sums (blocks, G, 28) around the target's centres, for a twist on the left of
@@ -308,7 +338,7 @@ def of_both(here, there, T_target_source):
 
 
 @kernel
-def _summed(sums, g, c):
+def _summed(sums: Floats, g: int, c: int) -> float:
     total = 0.0
     for b in range(sums.shape[0]):
         total += sums[b, g, c]
@@ -316,7 +346,7 @@ def _summed(sums, g, c):
 
 
 @kernel
-def _unpack(sums, pull, matrix):
+def _unpack(sums: Floats, pull: Twist, matrix: Matrix6) -> None:
     """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
     for i in range(6):
         pull[i] = 0.0

@@ -1,10 +1,14 @@
 """The metric of the paper: the difference of joint and separate entropy, Eq. 4 to 9."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats
 from idem_ros.core.balls import between_origins
-from idem_ros.core.cloud import as_cloud
+from idem_ros.core.cloud import Cloud, CloudLike, as_cloud
 from idem_ros.core.config import LENGTH_SCALES
 from idem_ros.core.entropy import length_unit
 from idem_ros.core.exceptions import InvalidConfig
@@ -12,7 +16,15 @@ from idem_ros.core.joint_cloud import differences
 from idem_ros.core.radii import weighted_radius
 
 
-def q_tot(target, source, T_target_source=None, *, a=1.0, radius=None, length_scale='radius'):
+def q_tot(
+    target: CloudLike,
+    source: CloudLike,
+    T_target_source: ArrayLike | None = None,
+    *,
+    a: float = 1.0,
+    radius: float | None = None,
+    length_scale: str = 'radius',
+) -> float:
     """Return q_tot, the entropy of the joint cloud minus that of its parts (Eq. 8) [nat].
 
     Args:
@@ -34,8 +46,14 @@ def q_tot(target, source, T_target_source=None, *, a=1.0, radius=None, length_sc
 
 
 def q_per_point(
-    target, source, T_target_source=None, *, a=1.0, radius=None, length_scale='radius'
-):
+    target: CloudLike,
+    source: CloudLike,
+    T_target_source: ArrayLike | None = None,
+    *,
+    a: float = 1.0,
+    radius: float | None = None,
+    length_scale: str = 'radius',
+) -> tuple[Floats, Floats]:
     """Return q_i (Eq. 7) of the target's (N,) and the source's (M,) points, as for `q_tot`.
 
     A point that is not finite has q_i = nan.
@@ -58,7 +76,7 @@ def q_per_point(
     return _in_given_order(target, q_target), _in_given_order(source, q_source)
 
 
-def fourth_neighbor_distance(points):
+def fourth_neighbor_distance(points: CloudLike) -> float:
     """Return r_4th: the mean distance from a point to its fourth nearest neighbour.
 
     The point itself is not counted. `points` is (N, 3) or a `Cloud`, N >= 5.
@@ -66,18 +84,18 @@ def fourth_neighbor_distance(points):
     return as_cloud(points).fourth_neighbor_distance()
 
 
-def search_radius(target, source, a=1.0):
+def search_radius(target: CloudLike, source: CloudLike, a: float = 1.0) -> float:
     """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) (Eq. 9 and the text after it)."""
     return weighted_radius(checked_positive('a', a), as_cloud(target), as_cloud(source))
 
 
-def overlap_of(reach_target, reach_source):
+def overlap_of(reach_target: Floats, reach_source: Floats) -> tuple[int, float]:
     """Return how many points have a neighbour in the other cloud, and their fraction of all."""
     within = int(np.count_nonzero(reach_target) + np.count_nonzero(reach_source))
     return within, within / (len(reach_target) + len(reach_source))
 
 
-def checked_positive(name, value):
+def checked_positive(name: str, value: Any) -> float:
     """Return a number above 0 as a float.
 
     Raises:
@@ -92,7 +110,7 @@ def checked_positive(name, value):
     return number
 
 
-def _in_given_order(cloud, q):
+def _in_given_order(cloud: Cloud, q: Floats) -> Floats:
     if cloud.dropped == 0:
         return q
     whole = np.full(len(cloud.finite), np.nan)

@@ -8,7 +8,19 @@ of the points that it stands for where it is a voxel's mean. Ten numbers are a b
 import numpy as np
 
 from idem_ros.core import symmetric3
-from idem_ros.core.grid import neighbours, room_for
+from idem_ros.core.arrays import (
+    Indices,
+    Integer,
+    MomentRows,
+    Moments,
+    Point,
+    Points,
+    RotationMatrix,
+    Symmetric,
+    Triple,
+    Weights,
+)
+from idem_ros.core.grid import Grid, neighbours, room_for
 from idem_ros.core.jit import kernel
 
 # A pair at exactly r (points on a lattice) must not be decided by the last bit.
@@ -17,7 +29,15 @@ AS_MEASURED = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # weight and scat
 
 
 @kernel
-def ball_moments(p, points, weights, member, begin, end, r2):
+def ball_moments(
+    p: Triple,
+    points: Points,
+    weights: Weights,
+    member: Indices,
+    begin: Integer,
+    end: Integer,
+    r2: float,
+) -> tuple[Moments, Moments]:
     """Return two sums of 1, d and d d^T, d = point - p, over the members within sqrt(r2) of p.
 
     The first with each point counting once, the second with weight and scatter; of the one that a
@@ -62,7 +82,15 @@ def ball_moments(p, points, weights, member, begin, end, r2):
 
 
 @kernel
-def own_moments(grid, weights, r2, span, stride, unit, own):
+def own_moments(
+    grid: Grid,
+    weights: Weights,
+    r2: float,
+    span: tuple[int, int],
+    stride: int,
+    unit: MomentRows,
+    own: MomentRows,
+) -> None:
     """Fill rows of a span (begin, end) of both moments (N, 10) of balls in their own cloud.
 
     Row i is of point i * stride.
@@ -79,7 +107,7 @@ def own_moments(grid, weights, r2, span, stride, unit, own):
 
 
 @kernel
-def covariance(moments):
+def covariance(moments: Moments) -> Symmetric:
     """Return the covariance, divided by k, of moments (k, s, S): S/k - (s/k)(s/k)^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = moments
     inverse = 1.0 / k
@@ -95,20 +123,20 @@ def covariance(moments):
 
 
 @kernel
-def point_of(points, i):
+def point_of(points: Points, i: Integer) -> Triple:
     """Return row i of points (N, 3)."""
     return points[i, 0], points[i, 1], points[i, 2]
 
 
 @kernel
-def row_of(m, i):
+def row_of(m: MomentRows, i: Integer) -> Moments:
     """Return row i of moments (N, 10)."""
     a, b = m[i], m[i, 5:]
     return a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3], b[4]
 
 
 @kernel
-def plus(a, b):
+def plus(a: Moments, b: Moments) -> Moments:
     """Return the sum of two moments about the same centre."""
     return (
         *(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4]),
@@ -117,7 +145,7 @@ def plus(a, b):
 
 
 @kernel
-def into_frame(p, R, t):
+def into_frame(p: Triple | Point, R: RotationMatrix, t: Point) -> Triple:
     """Return R^T (p - t): a centre, taken to the frame in which the other cloud stays."""
     x, y, z = p[0] - t[0], p[1] - t[1], p[2] - t[2]
     return (
@@ -128,7 +156,7 @@ def into_frame(p, R, t):
 
 
 @kernel
-def rotated(R, m):
+def rotated(R: RotationMatrix, m: Moments) -> Moments:
     """Return moments m of the other cloud with the axes of the centre's frame: R s, R S R^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = m
     return (

@@ -2,11 +2,12 @@
 
 from enum import Enum
 from math import hypot
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist, Twists
 from idem_ros.core.blocks import ALONE, OutOfTime, Workers
 from idem_ros.core.jit import kernel
 
@@ -29,6 +30,14 @@ class Termination(Enum):
     NOT_STARTED = 'not_started'  # there was nothing to move, or nothing should
 
 
+class Cost(Protocol):
+    """What is minimised."""
+
+    def linearize(self, transform: Transform, /) -> tuple[Twist, Matrix6]:
+        """Return gradient and matrix at a transform, for a twist (omega, v) on its left."""
+        ...
+
+
 class Criteria(NamedTuple):
     """When the iteration ends."""
 
@@ -41,29 +50,30 @@ class Criteria(NamedTuple):
 class Solution(NamedTuple):
     """Where the iteration ended."""
 
-    transform: np.ndarray  # (4, 4)
-    matrix: np.ndarray  # (6, 6) Gauss-Newton matrix there, twist (omega, v)
+    transform: Transform
+    matrix: Matrix6  # Gauss-Newton matrix there, twist (omega, v)
     iterations: int
     termination: Termination
     loose: int  # directions without stiffness, left as they were
 
     @property
-    def converged(self):
+    def converged(self) -> bool:
         """Whether a step became short."""
         return self.termination is Termination.CONVERGED
 
     @property
-    def circled(self):
+    def circled(self) -> bool:
         """Whether it went on past the patience, and did not converge."""
         return not self.converged and self.iterations > PATIENCE
 
 
-def minimize(cost, transform, criteria, motions=None):
+def minimize(
+    cost: Cost, transform: Transform, criteria: Criteria, motions: Twists | None = None
+) -> Solution:
     """Follow over-relaxed Newton steps until one is short in rotation and translation.
 
     Args:
-        cost: with `linearize(transform)` to gradient (6,) and matrix (6, 6) for a twist (omega, v)
-            on the left.
+        cost: a `Cost`.
         transform: (4, 4) start.
         criteria: `Criteria`.
         motions: (6, k) twists that steps are made of; None: any.
@@ -96,17 +106,17 @@ def minimize(cost, transform, criteria, motions=None):
 
 
 class _Move(NamedTuple):
-    transform: np.ndarray  # (4, 4) before it
-    step: np.ndarray  # (6,) Newton's there
+    transform: Transform  # before it
+    step: Twist  # Newton's there
     left: float  # the decrement there
 
 
-def decrement(gradient, step):
+def decrement(gradient: Twist, step: Twist) -> float:
     """Return by how much Newton's step lowers the cost with every ball's members held."""
     return -0.5 * float(gradient @ step)
 
 
-def accept(left, before, relaxation):
+def accept(left: float, before: float, relaxation: float) -> bool:
     """Whether a move is kept, given what the cost would still lose after it and before it.
 
     As far as the matrix majorises the cost, with the members held, no move can raise it. A farther
@@ -116,17 +126,17 @@ def accept(left, before, relaxation):
     return relaxation <= MAJORISED or left <= OVERSHOT * before
 
 
-def _secant(relaxation, last, step, matrix):
+def _secant(relaxation: float, last: Twist, step: Twist, matrix: Matrix6) -> float:
     """Return Aitken's relaxation: how far along the last step would the step have vanished?"""
     change = step - last
     shrinking = -(last @ matrix @ change)
     curvature = change @ matrix @ change
     if shrinking <= 0.0 or relaxation * shrinking >= MOST_RELAXATION * curvature:
         return MOST_RELAXATION
-    return relaxation * shrinking / curvature
+    return float(relaxation * shrinking / curvature)
 
 
-def _step(matrix, gradient, motions):
+def _step(matrix: Matrix6, gradient: Twist, motions: Twists | None) -> tuple[Twist, int]:
     if motions is None:
         return newton_step(matrix, gradient)
     along, loose = newton_step(motions.T @ matrix @ motions, motions.T @ gradient)
@@ -134,7 +144,7 @@ def _step(matrix, gradient, motions):
 
 
 @kernel
-def newton_step(matrix, gradient):
+def newton_step(matrix: Floats, gradient: Floats) -> tuple[Floats, int]:
     """Return the step down, (n,), and the number of directions too loose for one.
 
     Rotations and translations are scaled to the same stiffness first.

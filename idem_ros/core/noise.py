@@ -1,10 +1,19 @@
 """How much of a ball is noise: the thickness of surfaces, and the wider ball it asks for."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from idem_ros.core.arrays import Floats, MomentRows
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import covariance, row_of
 from idem_ros.core.symmetric3 import determinant
+
+if TYPE_CHECKING:
+    from idem_ros.core.cloud import Cloud
+
 
 QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
 LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise
@@ -15,7 +24,7 @@ ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained
 WIDEST = 2.0
 
 
-def widening(target, source, radius):
+def widening(target: Cloud, source: Cloud, radius: float) -> float:
     """Return by how much to widen balls of a radius, 1 to 2, for the noise of two `Cloud`s.
 
     The means of k points of a surface of thickness s are known to s / sqrt(k); where the ball is
@@ -30,7 +39,7 @@ def widening(target, source, radius):
     return float(np.clip(wanted, 1.0, WIDEST))
 
 
-def thickness_and_members(own):
+def thickness_and_members(own: MomentRows) -> tuple[float, float]:
     """Return the lower quartile of balls' thickness, and the median of their members.
 
     own: (N, 10) moments of the balls.
@@ -41,7 +50,7 @@ def thickness_and_members(own):
     return float(np.sqrt(quantile(squares, QUARTILE))), quantile(members, 0.5)
 
 
-def share_of_sheets(own):
+def share_of_sheets(own: MomentRows) -> float:
     """Return how many of the balls that hold a few points hold a surface, 0 to 1; the rest lines.
 
     own: (N, 10) moments of the balls.
@@ -50,7 +59,7 @@ def share_of_sheets(own):
     return len(squares) / max(len(members), 1)
 
 
-def quantile(values, share):
+def quantile(values: Floats, share: float) -> float:
     """Return what `np.quantile` does, a hundred microseconds sooner."""
     at = share * (len(values) - 1)
     low = int(at)
@@ -60,7 +69,7 @@ def quantile(values, share):
 
 
 @kernel
-def _of_sheets(own):
+def _of_sheets(own: MomentRows) -> tuple[Floats, Floats]:
     """Return the squared thickness of those balls that hold a sheet, and all balls' members."""
     squares, members = np.empty(len(own)), np.empty(len(own))
     n = m = 0

@@ -11,6 +11,26 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import (
+    Floats,
+    Indices,
+    Integer,
+    Integers,
+    Mask,
+    Matrix3,
+    Matrix6,
+    Point,
+    Points,
+    RotationMatrix,
+    Side,
+    Symmetric,
+    Transform,
+    Triple,
+    Twist,
+    Twists,
+)
+from idem_ros.core.balls import Balls
+from idem_ros.core.cost import JointEntropy
 from idem_ros.core.jit import kernel
 from idem_ros.core.moments import (
     ball_moments,
@@ -39,39 +59,39 @@ FLAT = 4.0  # least second variance of a surface over its first
 class Observability(NamedTuple):
     """How firmly each of six motions is determined, the loosest first."""
 
-    strength: np.ndarray  # (6,): mean square of a unit motion along the normals
-    error: np.ndarray  # (6,): its standard error
+    strength: Floats  # (6,): mean square of a unit motion along the normals
+    error: Floats  # (6,): its standard error
     noise: float  # mean variance of a normal [rad^2]
-    motions: np.ndarray  # (6, 6): columns (omega, v) in the frame at the target's origin, each of
+    motions: Twists  # (6, 6): columns (omega, v) in the frame at the target's origin, each of
     # which moves the surfaces by about 1
-    units: np.ndarray  # (6, 6): `unit_motions` that they are made of
+    units: Twists  # (6, 6): `unit_motions` that they are made of
     lever_arm: float  # how far from their middle the surfaces reach
     # (balls, 6): how far each motion moves the surface in a ball along its normal
-    along: np.ndarray
-    centres: tuple[np.ndarray, np.ndarray]  # which of the target's and the source's the balls are
-    observable: np.ndarray  # (6,) bool: not where nothing but chance or noise determines it
+    along: Floats
+    centres: tuple[Indices, Indices]  # which of the target's and the source's the balls are
+    observable: Mask  # (6,) bool: not where nothing but chance or noise determines it
 
     @property
-    def held(self):
+    def held(self) -> Twists:
         """The motions (6, k) that are observable."""
         return self.motions[:, self.observable]
 
     @property
-    def free(self):
+    def free(self) -> Twists:
         """The motions (6, k) that are not."""
         return self.motions[:, ~self.observable]
 
-    def determined_by(self, k):
+    def determined_by(self, k: Integer) -> tuple[Twist, tuple[Indices, Indices]]:
         """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
 
         That which it moves most; and which centres, of the target and of the source, it moves by
         more than half of that: those that determine it.
         """
+        of_target, of_source = self.centres
         along = np.abs(self.along[:, k])
         most = along.max(initial=0.0)
         if most == 0.0:
-            return self.motions[:, k], tuple(some[:0] for some in self.centres)
-        of_target, of_source = self.centres
+            return self.motions[:, k], (of_target[:0], of_source[:0])
         those = np.flatnonzero(along > HOLDING * most)
         n = int(np.searchsorted(those, len(of_target)))
         return self.motions[:, k] / most, (
@@ -80,7 +100,7 @@ class Observability(NamedTuple):
         )
 
 
-def observability_of(cost, T_target_source):
+def observability_of(cost: JointEntropy, T_target_source: Transform) -> Observability:
     """Return the `Observability` of a cost's two clouds at a transform.
 
     Of a sample of the centres; of all, where by the sample a motion may be free.
@@ -91,7 +111,7 @@ def observability_of(cost, T_target_source):
     return found
 
 
-def _observability(cost, T_target_source, sample):
+def _observability(cost: JointEntropy, T_target_source: Transform, sample: float) -> Observability:
     balls, to_source = cost.balls, se3.adjoint(se3.inverse(T_target_source))
     motions = zip(*se3.both_ways(T_target_source), strict=True)
     here, there = (
@@ -120,7 +140,7 @@ def _observability(cost, T_target_source, sample):
     return Observability(strength, error, noise, motions, units, lever_arm, along, centres, seen)
 
 
-def _observable(strength, error, noise, balls):
+def _observable(strength: Floats, error: Floats, noise: float, balls: int) -> Mask:
     if 0 < balls < LEAST_BALLS:
         return np.ones(6, bool)
     by_chance = np.maximum(CHANCE * error, max(NORMALS * noise, ROUNDING))
@@ -128,7 +148,9 @@ def _observable(strength, error, noise, balls):
     return ~((strength < by_chance) & too_loose)
 
 
-def _without_surfaces(cost, T, centres):
+def _without_surfaces(
+    cost: JointEntropy, T: Transform, centres: tuple[Indices, Indices]
+) -> Observability:
     """Return the `Observability` of clouds without surfaces, such as lines, by their stiffness."""
     pivot, lever_arm = middle_and_arm(cost.balls, T)
     units = unit_motions(pivot, np.eye(3) / lever_arm)
@@ -142,7 +164,7 @@ def _without_surfaces(cost, T, centres):
     )
 
 
-def unit_motions(pivot, turns):
+def unit_motions(pivot: Point, turns: Matrix3) -> Matrix6:
     """Return (6, 6): columns (omega, v) that turn about a pivot by turns (3, 3), or move by 1."""
     units = np.eye(6)
     units[:3, :3] = turns
@@ -150,7 +172,7 @@ def unit_motions(pivot, turns):
     return units
 
 
-def _turns(scatter, least):
+def _turns(scatter: Matrix3, least: float) -> Matrix3:
     """Return (3, 3) rotations that move points of a (3, 3) scatter by 1, root mean square.
 
     A corridor is turned farther about its axis than across it: its walls are near to that axis.
@@ -159,7 +181,7 @@ def _turns(scatter, least):
     return axes / np.sqrt(np.maximum(squares, least**2)) @ axes.T
 
 
-def middle_and_arm(balls, T_target_source):
+def middle_and_arm(balls: Balls, T_target_source: Transform) -> tuple[Point, float]:
     """Return the source's middle in the target's frame, (3,), and how far its points are from it.
 
     Between the clouds' origins; the arm is a root mean square, and a radius at least.
@@ -169,7 +191,7 @@ def middle_and_arm(balls, T_target_source):
 
 
 @kernel
-def _mean_and_variance(points):
+def _mean_and_variance(points: Points) -> tuple[Point, float]:
     """Return the mean of (N, 3) points, and their mean squared distance from it."""
     mean, square, n = np.zeros(3), 0.0, points.shape[0]
     for i in range(n):
@@ -185,14 +207,14 @@ def _mean_and_variance(points):
 class _Planes(NamedTuple):
     """Of the surface in each ball, as the centres' cloud has it and as the other has it."""
 
-    own: np.ndarray  # (n, 6): j = (x times n, n), of mean x and normal n of the own points
-    other: np.ndarray  # (n, 6): of the other cloud's, the normals' signs alike
-    mean: np.ndarray  # (n, 3): of the own points
-    variance: np.ndarray  # (n,): of a normal, the two clouds' geometric mean
-    centre: np.ndarray  # (n,): which one
+    own: Floats  # (n, 6): j = (x times n, n), of mean x and normal n of the own points
+    other: Floats  # (n, 6): of the other cloud's, the normals' signs alike
+    mean: Points  # (n, 3): of the own points
+    variance: Floats  # (n,): of a normal, the two clouds' geometric mean
+    centre: Integers  # (n,): which one
 
 
-def _planes(side, motion, r2, sample):
+def _planes(side: Side, motion: tuple[RotationMatrix, Point], r2: float, sample: float) -> _Planes:
     """Return the `_Planes` of every so-many-th ball, about as many as the sample."""
     n = len(side[0][0])
     stride = int(max(n // sample, 1))
@@ -205,11 +227,19 @@ def _planes(side, motion, r2, sample):
         np.empty(most, np.int64),
     )
     found = _fill_planes(side, motion, r2, stride, room)
-    return _Planes(*(rows[:found] for rows in room))
+    return _Planes(
+        room.own[:found],
+        room.other[:found],
+        room.mean[:found],
+        room.variance[:found],
+        room.centre[:found],
+    )
 
 
 @kernel
-def _fill_planes(side, motion, r2, stride, planes):
+def _fill_planes(
+    side: Side, motion: tuple[RotationMatrix, Point], r2: float, stride: int, planes: _Planes
+) -> int:
     """Fill the `_Planes` of every stride-th centre's ball; return how many hold a surface."""
     n = 0
     (centres, own), (points, weights, first, member) = side
@@ -240,7 +270,7 @@ def _fill_planes(side, motion, r2, stride, planes):
 
 
 @kernel
-def _normal(s):
+def _normal(s: Symmetric) -> tuple[float, Triple]:
     """Return first variance over second, and the first's axis: the normal of a surface.
 
     -1 where a covariance is no surface's. The variance of a normal is this over the members.
@@ -252,7 +282,7 @@ def _normal(s):
 
 
 @kernel
-def _fill(j, x, n, sign):
+def _fill(j: Floats, x: Triple, n: Triple, sign: float) -> None:
     j[0] = sign * (x[1] * n[2] - x[2] * n[1])
     j[1] = sign * (x[2] * n[0] - x[0] * n[2])
     j[2] = sign * (x[0] * n[1] - x[1] * n[0])

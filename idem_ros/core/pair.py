@@ -1,10 +1,14 @@
 """Two clouds prepared to be registered: voxels, the radius of Eq. 9, and the stages."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from idem_ros.core.arrays import MomentRows
 from idem_ros.core.balls import Balls
 from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.cloud import Cloud
@@ -15,6 +19,7 @@ from idem_ros.core.linearization import BallCost
 from idem_ros.core.noise import widening
 from idem_ros.core.radii import last_radius, rounded, wide_radius, widest_useful
 from idem_ros.core.tuning import SolverTuning, TrustTuning
+from idem_ros.core.voxel_size import size_found
 
 FINE = 0.25  # of the radius: voxels of a crowded cloud
 ALIKE = 0.03  # of the radius squared: samplings at random differ by 0.01, from even ones by 0.08
@@ -52,33 +57,33 @@ class Pair(NamedTuple):
     workers: Workers
 
     @property
-    def is_small(self):
+    def is_small(self) -> bool:
         """Whether a cloud has too few points to be registered."""
         return min(map(len, self.clouds)) < LEAST_POINTS
 
     @property
-    def clouds(self):
+    def clouds(self) -> tuple[Cloud, Cloud]:
         """Target and source."""
         return self.target, self.source
 
-    def swapped(self):
+    def swapped(self) -> Pair:
         """Return the pair with target and source exchanged."""
         return self._replace(target=self.source, source=self.target)
 
-    def balls(self, stage):
+    def balls(self, stage: Stage) -> Balls:
         """Return the `Balls` of a stage, on voxels as coarse as it is wide."""
         clouds = self.clouds
         if stage.voxel_size is not None:
             clouds = _reduced(clouds, stage.voxel_size, self.workers)
         return Balls(*clouds, stage.radius, self.workers)
 
-    def cost(self, stage):
+    def cost(self, stage: Stage) -> JointEntropy:
         """Return the cost of a stage: `NormalBalance` in the last, `JointEntropy` before."""
         kind = NormalBalance if stage.is_last else JointEntropy
         balls = self.balls(stage)
         return kind(balls, self.ball_cost(balls, stage.is_last))
 
-    def ball_cost(self, balls, tangential):
+    def ball_cost(self, balls: Balls, tangential: bool) -> BallCost:
         """Return the `BallCost` of balls in a stage with the tangential weighting, or without."""
         scale = length_unit(self.config.length_scale, balls.radius)
         return BallCost(
@@ -92,21 +97,29 @@ class Pair(NamedTuple):
         )
 
 
-def prepare(target, source, config, tuning, trust, workers):
+def prepare(
+    target: Cloud,
+    source: Cloud,
+    config: RegistrationConfig,
+    tuning: SolverTuning,
+    trust: TrustTuning,
+    workers: Workers,
+) -> Pair:
     """Return the `Pair`: voxels, radii of Eq. 9, the last one fit for noise.
 
     It has no stages where a cloud has too few points, or all of them in one place.
     """
-    clouds = (target, source)
-    if config.voxel_size is not None:
+    clouds = target, source
+    voxel_size = size_found(config)
+    if voxel_size is not None:
         for cloud in clouds:
-            cloud.require_resolved(config.voxel_size)
-        clouds = _reduced(clouds, config.voxel_size, workers)
+            cloud.require_resolved(voxel_size)
+        clouds = _reduced(clouds, voxel_size, workers)
     pair = Pair(*clouds, (), _sampling(clouds, tuning), config, tuning, trust, workers)
     if pair.is_small:
         return pair
     if wide_radius(*clouds, config.a, workers) == 0.0:
-        clouds = [_without_copies(cloud) for cloud in clouds]
+        clouds = _without_copies(clouds[0]), _without_copies(clouds[1])
         if min(map(len, clouds)) < LEAST_POINTS:
             return pair
     wide = wide_radius(*clouds, config.a, workers)  # Eq. 9
@@ -114,57 +127,70 @@ def prepare(target, source, config, tuning, trust, workers):
     radius = rounded(config.radius_schedule[-1] * radius)
     if radius == 0.0:
         return pair
-    clouds = [_uncrowded(cloud, radius, tuning) for cloud in clouds]  # copies have no thickness
+    clouds = _uncrowded(clouds, radius, tuning)  # copies have no thickness
     in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
     last = Stage(rounded(radius * widening(*clouds, radius)), None, is_last=True)
-    target, source = (_uncrowded(cloud, last.radius, tuning) for cloud in clouds)
+    target, source = _uncrowded(clouds, last.radius, tuning)
     pair = pair._replace(target=target, source=source)
     return pair._replace(stages=(*_coarse_stages(pair, wide), last))
 
 
-def wider_stage(pair):
+def wider_stage(pair: Pair) -> Stage | None:
     """Return a stage wider than the first; None where its balls would hold most of a cloud."""
     first, factor = pair.stages[0], pair.tuning.wider
     if factor * first.radius > widest_useful(*pair.clouds):
         return None
+    assert first.voxel_size is not None, 'the first of one stage is the last'
     return Stage(factor * first.radius, factor * first.voxel_size)
 
 
-def _coarse_stages(pair, wide):
+def _coarse_stages(pair: Pair, wide: float) -> Iterator[Stage]:
     """Yield the stages before the last, but for those whose balls would hold most of a cloud."""
     widest = widest_useful(*pair.clouds)
-    finest = pair.config.voxel_size or 0.0
+    finest = size_found(pair.config) or 0.0
     for factor in pair.config.radius_schedule[:-1]:
         radius = rounded(factor * wide)
         if radius <= widest:
             yield Stage(radius, max(factor * finest, pair.tuning.spacing * radius))
 
 
-def _sampling(clouds, tuning):
+def _sampling(clouds: Sequence[Cloud], tuning: SolverTuning) -> Sampling:
     if all(cloud.is_reduced for cloud in clouds):
         return Sampling(tuning.voxel_radius, tuning.apart, jumps=False, levelled=False)
     return Sampling(1.0, math.inf, jumps=True, levelled=True)
 
 
-def _are_alike(balls):
+def _are_alike(balls: Balls) -> bool:
     """Whether points are spread about those of their own cloud alike."""
-    spreads = []
+    spreads: list[float] = []
     for own in (cloud.own[cloud.own[:, 0] > 1.0] for cloud in balls.clouds):
-        spreads.append(np.mean((own[:, 4] + own[:, 7] + own[:, 9]) / own[:, 0]) if len(own) else 0)
+        spreads.append(_spread(own) if len(own) else 0.0)
     return bool(abs(spreads[0] - spreads[1]) <= ALIKE * balls.r2)
 
 
-def _reduced(clouds, voxel_size, workers):
-    return in_threads(workers, lambda cloud: cloud.reduced(voxel_size), clouds)
+def _spread(own: MomentRows) -> float:
+    return float(np.mean((own[:, 4] + own[:, 7] + own[:, 9]) / own[:, 0]))
 
 
-def _without_copies(cloud):
+def _reduced(
+    clouds: tuple[Cloud, Cloud], voxel_size: float, workers: Workers
+) -> tuple[Cloud, Cloud]:
+    target, source = in_threads(workers, lambda cloud: cloud.reduced(voxel_size), clouds)
+    return target, source
+
+
+def _without_copies(cloud: Cloud) -> Cloud:
     """Return a cloud with one point where points coincide; as it is, where all do."""
     edge = COPIES * float(np.ptp(cloud.points))
     return cloud.reduced(edge) if edge > 0.0 else cloud
 
 
-def _uncrowded(cloud, radius, tuning):
-    """Reduce a cloud of which a ball would hold hundreds of points: copies, or far denser."""
-    is_crowded = cloud.crowding(radius) > tuning.crowded
-    return cloud.reduced(FINE * radius) if is_crowded else cloud
+def _uncrowded(
+    clouds: tuple[Cloud, Cloud], radius: float, tuning: SolverTuning
+) -> tuple[Cloud, Cloud]:
+    """Reduce those clouds of which a ball would hold hundreds of points: copies, or far denser."""
+    target, source = (
+        cloud.reduced(FINE * radius) if cloud.crowding(radius) > tuning.crowded else cloud
+        for cloud in clouds
+    )
+    return target, source

@@ -14,15 +14,24 @@ the region "located between the peaks of the function" and gives no rule for it.
   the grid must reach beyond the crown.
 """
 
+# SciPy has no types.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse import csgraph
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Mask
 from idem_ros.core.displacement import AXES, centroid, displaced
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.landscape import Landscape
 
 RIPPLE = 0.05  # of the range of q_tot on one side of an axis
 STEPS_PER_RADIUS = 20  # along an axis
@@ -36,13 +45,13 @@ class AxialRegion:
     nan, in `extent` and in `crown`, where q_tot reaches no maximum as far as it was looked at.
     """
 
-    extent: np.ndarray  # (6, 2): to the maxima below and above the pose, [length] and [rad]
-    crown: np.ndarray  # (6, 2): q_tot at these maxima [nat]
+    extent: Floats  # (6, 2): to the maxima below and above the pose, [length] and [rad]
+    crown: Floats  # (6, 2): q_tot at these maxima [nat]
     q_pose: float  # q_tot at the pose [nat]
-    step: np.ndarray  # (6,): between the offsets looked at; the extents are multiples of it
+    step: Floats  # (6,): between the offsets looked at; the extents are multiples of it
 
     @property
-    def closed(self):
+    def closed(self) -> bool:
         """Whether a maximum was found on either side of every axis."""
         return bool(np.isfinite(self.extent).all())
 
@@ -51,15 +60,17 @@ class AxialRegion:
 class GridRegion:
     """The part of a grid that lies within the crown of maxima around a pose."""
 
-    inside: np.ndarray  # bool, the shape of the grid
+    inside: Mask  # the shape of the grid
     measure: float  # area or volume of the region, in the units of the spacing
     lowest_pass: float  # q_tot where the crown is lowest [nat]
     q_idem: float  # Eq. 14: the least q_tot inside [nat]
-    minimum: tuple  # index of the point where it is reached
+    minimum: tuple[int, ...]  # index of the point where it is reached
     closed: bool  # False: the region reaches the edge of the grid; its measure is a lower bound
 
 
-def region_along_axes(landscape, T_target_source=None, farthest=None):
+def region_along_axes(
+    landscape: Landscape, T_target_source: ArrayLike | None = None, farthest: float | None = None
+) -> AxialRegion:
     """Return the `AxialRegion` around a pose: the nearest maxima along and around three axes.
 
     Args:
@@ -89,7 +100,7 @@ def region_along_axes(landscape, T_target_source=None, farthest=None):
     return AxialRegion(extent, crown, float(q[0, 0, 0]), step)
 
 
-def nearest_maximum(q):
+def nearest_maximum(q: ArrayLike) -> int | None:
     """Return the index of the first maximum of q (S,) that is no ripple; None if there is none."""
     q = np.asarray(q, dtype=np.float64)
     highest = np.maximum.accumulate(q)
@@ -97,7 +108,9 @@ def nearest_maximum(q):
     return int(np.argmax(q[: np.argmax(fallen)])) if fallen.any() else None
 
 
-def region_on_grid(q, spacing, pose=None):
+def region_on_grid(
+    q: ArrayLike, spacing: ArrayLike, pose: Sequence[int] | None = None
+) -> GridRegion:
     """Return the `GridRegion` around a pose.
 
     Args:
@@ -125,7 +138,7 @@ def region_on_grid(q, spacing, pose=None):
     )
 
 
-def _steps(landscape, farthest):
+def _steps(landscape: Landscape, farthest: float | None) -> tuple[Floats, int]:
     """Return the step along each axis (6,) and how many there are on a side."""
     if landscape.radius == 0.0:
         raise InvalidConfig(
@@ -141,7 +154,7 @@ def _steps(landscape, farthest):
     return np.repeat((farthest, angle), 3) / n_steps, n_steps
 
 
-def _checked_grid(q, pose):
+def _checked_grid(q: ArrayLike, pose: Sequence[int] | None) -> tuple[Floats, tuple[int, ...]]:
     q = np.asarray(q, dtype=np.float64)
     if q.ndim not in (1, 2, 3) or min(q.shape) < 3:
         raise InvalidConfig(f'the grid has shape {q.shape}; 1 to 3 axes of 3 points at least')
@@ -153,7 +166,7 @@ def _checked_grid(q, pose):
     return q, pose
 
 
-def _watershed(q, pose):
+def _watershed(q: Floats, pose: tuple[int, ...]) -> tuple[Mask, float]:
     """Return which points are on the pose's side, and the value of the lowest pass.
 
     The passes between any two points are those along the minimum spanning tree of the grid, whose
@@ -176,7 +189,7 @@ def _watershed(q, pose):
     return (part[:-1] == part[start]).reshape(q.shape), q.ravel()[ends].max()
 
 
-def _passes(q):
+def _passes(q: Floats) -> Any:
     """Return the graph of a grid's neighbours and of its edge with the outside, the last node.
 
     Weights are ranks, above 0 and all different: first that of the higher end, then of the lower,

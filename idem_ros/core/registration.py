@@ -8,29 +8,39 @@ from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from idem_ros.core import se3
-from idem_ros.core.assessment import assess, out_of_time, too_little
+from idem_ros.core.arrays import Transform
+from idem_ros.core.assessment import Assessment, assess, out_of_time, too_little
 from idem_ros.core.balls import between_origins, from_origins
 from idem_ros.core.blocks import OutOfTime, Workers, in_threads
-from idem_ros.core.cloud import as_cloud
+from idem_ros.core.cloud import Cloud, CloudLike, as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.newton import Termination
-from idem_ros.core.observability import observability_of
-from idem_ros.core.pair import prepare
+from idem_ros.core.observability import Observability, observability_of
+from idem_ros.core.pair import Pair, prepare
 from idem_ros.core.result import RegistrationResult, agreement_at, result_at
 from idem_ros.core.scope import judged_in_scope
-from idem_ros.core.stages import descend, stay
+from idem_ros.core.stages import Descent, descend, not_begun, stay
 from idem_ros.core.status import Status
 from idem_ros.core.tuning import SolverTuning, TrustTuning
-from idem_ros.core.voxel_size import with_voxel_size
+from idem_ros.core.voxel_size import size_found, with_voxel_size
 
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
 SOLVER, TRUST = SolverTuning(), TrustTuning()
 
 
-def register(target, source, T_target_source=None, config=None, *, tuning=SOLVER, trust=TRUST):
+def register(
+    target: CloudLike,
+    source: CloudLike,
+    T_target_source: ArrayLike | None = None,
+    config: RegistrationConfig | None = None,
+    *,
+    tuning: SolverTuning = SOLVER,
+    trust: TrustTuning = TRUST,
+) -> RegistrationResult:
     """Refine the pose of the source in the target frame by minimising q_tot (Eq. 8).
 
     With `mode="audit"` nothing moves: the guess itself is judged.
@@ -73,20 +83,18 @@ def register(target, source, T_target_source=None, config=None, *, tuning=SOLVER
         return _unsolved(T, Status.LATE, config, out_of_time(), descent.iterations)
 
 
-def _refined(pair, T_guess):
+def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | None]:
     """Return the `Descent` from a guess, and the `Observability` where it ended; None if late.
 
     Motions that nothing determines stay as guessed: the stages are gone through without them.
     """
+    descent, observability = not_begun(T_guess), None
     try:
-        if pair.config.mode == 'audit':
-            descent = stay(pair, T_guess)
-            return descent, observability_of(descent.cost, T_guess)
-        descent, observability = descend(pair, T_guess), None
+        follow = stay if pair.config.mode == 'audit' else descend
+        descent = follow(pair, T_guess)
         if descent.cost is not None:
             observability = observability_of(descent.cost, descent.solution.transform)
-            determined = observability.observable.sum()
-            if 0 < determined < 6 and pair.config.free_motions == 'guess':
+            if _must_leave_free(pair.config, observability):
                 descent = descend(pair, T_guess, observability.held)
     except OutOfTime:
         late = descent.solution._replace(termination=Termination.LATE)
@@ -94,7 +102,20 @@ def _refined(pair, T_guess):
     return descent, observability
 
 
-def _judged(pair, given, T_guess, descent, observability):
+def _must_leave_free(config: RegistrationConfig, observability: Observability) -> bool:
+    """Whether motions that nothing determines are still to be put back to where they were."""
+    determined = observability.observable.sum()
+    moves = config.mode == 'refine' and config.free_motions == 'guess'
+    return moves and 0 < determined < 6
+
+
+def _judged(
+    pair: Pair,
+    given: tuple[Cloud, Cloud],
+    T_guess: Transform,
+    descent: Descent,
+    observability: Observability | None,
+) -> RegistrationResult:
     """Return the `RegistrationResult` of a descent; in its own time, where the solve was late.
 
     given: the two `Cloud`s as they were given.
@@ -114,7 +135,7 @@ def _judged(pair, given, T_guess, descent, observability):
     return replace(result, assessment=said)
 
 
-def _swap_gap(pair, T_guess, T, observability):
+def _swap_gap(pair: Pair, T_guess: Transform, T: Transform, observability: Observability) -> float:
     """Return how far from a result the registration of target to source ends.
 
     Both minimise the same, from the same guess: a gap is an alarm. As the surfaces move, in the
@@ -126,7 +147,13 @@ def _swap_gap(pair, T_guess, T, observability):
     return float(np.linalg.norm(np.linalg.solve(observability.units, se3.log(T @ back))))
 
 
-def _unsolved(T, status, config, said, iterations=0):
+def _unsolved(
+    T: Transform,
+    status: Status,
+    config: RegistrationConfig,
+    said: Assessment | None,
+    iterations: int = 0,
+) -> RegistrationResult:
     """Return the result of clouds of which nothing is observable: the guess, and why."""
     said = None if config.assessment == 'none' else said
     termination = Termination.LATE if status is Status.LATE else Termination.NOT_STARTED
@@ -137,11 +164,11 @@ def _unsolved(T, status, config, said, iterations=0):
         observable=np.zeros(6, bool),
         termination=termination,
         assessment=said,
-        voxel_size=config.voxel_size,
+        voxel_size=size_found(config),
     )
 
 
-def _workers(config):
+def _workers(config: RegistrationConfig) -> tuple[Workers, Workers]:
     """Return the `Workers` of the solve, and those of a late result's verdict."""
     if config.budget_ms is None:
         return Workers(config.threads), Workers(config.threads)

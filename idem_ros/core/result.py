@@ -5,12 +5,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Mask, Matrix6, Point, Transform
 from idem_ros.core.assessment import ROS_ORDER, Agreement, Assessment, Verdict
-from idem_ros.core.balls import from_origins
+from idem_ros.core.balls import Balls, from_origins
 from idem_ros.core.entropy import length_unit
 from idem_ros.core.metric import overlap_of
-from idem_ros.core.newton import Termination
+from idem_ros.core.newton import Solution, Termination
+from idem_ros.core.observability import Observability
+from idem_ros.core.pair import Pair
+from idem_ros.core.stages import Descent
 from idem_ros.core.status import Status
+from idem_ros.core.voxel_size import size_found
 
 LEAST_PROBABILITY = 0.5
 
@@ -24,7 +29,7 @@ class RegistrationResult:
     up the first two in a word; `is_usable` says whether to go on from the pose.
     """
 
-    T_target_source: np.ndarray  # (4, 4): p_target = R p_source + t
+    T_target_source: Transform  # p_target = R p_source + t
     status: Status
     iterations: int = 0  # steps over all stages
     q_tot: float = 0.0  # of the registered clouds (voxel means where voxel_size is given) [nat]
@@ -32,11 +37,11 @@ class RegistrationResult:
     overlap: float = 0.0  # fraction of the points that have one, of both clouds
     radius: float = 0.0  # search radius of the last stage, in the clouds' unit
     # (6, 6), x y z rx ry rz: stiffness against a motion of the source in the target frame
-    information: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    information: Matrix6 = field(default_factory=lambda: np.zeros((6, 6)))
     # (6, 6), likewise: six motions in rows, the one that the surfaces determine least first
-    motions: np.ndarray = field(default_factory=lambda: np.eye(6))
+    motions: Matrix6 = field(default_factory=lambda: np.eye(6))
     # (6,) bool: whether anything determines them; the others were left as guessed
-    observable: np.ndarray = field(default_factory=lambda: np.ones(6, bool))
+    observable: Mask = field(default_factory=lambda: np.ones(6, bool))
     termination: Termination = Termination.NOT_STARTED
     # how likely the solve succeeded, 0 to 1, by its coarse stages; nan: there were none
     confidence: float = float('nan')
@@ -45,17 +50,17 @@ class RegistrationResult:
     voxel_size: float | None = None
 
     @property
-    def converged(self):
+    def converged(self) -> bool:
         """Whether no step moves the source any more, and every motion is observable."""
         return self.status is Status.CONVERGED
 
     @property
-    def free_motions(self):
+    def free_motions(self) -> Floats:
         """The motions (k, 6), x y z rx ry rz, that are not observable."""
         return self.motions[~self.observable]
 
     @property
-    def is_usable(self):
+    def is_usable(self) -> bool:
         """Whether to go on from the pose: as the next guess, on tf, as an answer.
 
         By the verdict, and where none was asked for by the status. Motions that are not observable
@@ -69,7 +74,7 @@ class RegistrationResult:
         return is_good and self.assessment.p_aligned >= LEAST_PROBABILITY
 
 
-def agreement_at(pair, balls, T):
+def agreement_at(pair: Pair, balls: Balls, T: Transform) -> tuple[Agreement, float]:
     """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
     q, reach = np.concatenate(balls.agreement(T, balls.radius), axis=1)
     sides = np.split(reach, [len(pair.target)])
@@ -82,9 +87,12 @@ def agreement_at(pair, balls, T):
     return Agreement(q, reach, meeting, overlap), q_tot
 
 
-def result_at(pair, descent, agreement, q_tot, observability):
+def result_at(
+    pair: Pair, descent: Descent, agreement: Agreement, q_tot: float, observability: Observability
+) -> RegistrationResult:
     """Return the `RegistrationResult` of a `Descent`, without an assessment."""
     solution, origin = descent.solution, pair.target.origin
+    assert descent.cost is not None, 'a result has the radius of its cost'
     meeting = int(np.count_nonzero(agreement.reach))
     return RegistrationResult(
         T_target_source=from_origins(pair.target, pair.source, solution.transform),
@@ -99,11 +107,11 @@ def result_at(pair, descent, agreement, q_tot, observability):
         observable=observability.observable,
         termination=solution.termination,
         confidence=descent.confidence,
-        voxel_size=pair.config.voxel_size,
+        voxel_size=size_found(pair.config),
     )
 
 
-def _status(solution, agreement, observability):
+def _status(solution: Solution, agreement: Agreement, observability: Observability) -> Status:
     if agreement.overlap == 0.0:
         return Status.NO_OVERLAP
     if solution.termination is Termination.NOT_STARTED:
@@ -113,7 +121,7 @@ def _status(solution, agreement, observability):
     return Status(solution.termination.value)
 
 
-def _in_ros_order(matrix, origin):
+def _in_ros_order(matrix: Matrix6, origin: Point) -> Matrix6:
     """Move the matrix from the target's origin to its frame, and put the translation first."""
     to_origin = se3.adjoint(se3.translation(-origin))
     return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]

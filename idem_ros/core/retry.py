@@ -1,6 +1,12 @@
 """What to try next, given what the tries so far showed: no clouds, no solving."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from idem_ros.core.pair import Stage
 
 LEAST_CONFIDENCE = 0.5
 
@@ -8,11 +14,11 @@ LEAST_CONFIDENCE = 0.5
 class Try(NamedTuple):
     """One way to the first stage's minimum, and what it showed."""
 
-    stages: tuple  # gone through, from the guess
+    stages: tuple[Stage, ...]  # gone through, from the guess
     confidence: float  # that it ended in a valley, out of which every way leads up
 
 
-def next_try(tries, first, wider):
+def next_try(tries: Sequence[Try], first: Stage, wider: Stage | None) -> tuple[Stage, ...]:
     """Return the stages to go through next, from the same guess; () where that is enough.
 
     A first stage that ends in no valley was too narrow for the guess: a wider one goes before it.

@@ -7,9 +7,14 @@ cloud grows about it. Each alone is common in right results: the first where sca
 two sides, the second in a corner of a room.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from idem_ros.core import se3
+from idem_ros.core.arrays import Floats, Mask, MomentRows, Points, Transform
+from idem_ros.core.balls import Balls
+from idem_ros.core.cloud import Neighbourhoods
 
 LEAST_MET = 0.55  # right results of scans from two sides have 0.45 and more
 # Of how far growing moves points, how far along their surfaces' normals (upper quartile): right
@@ -21,7 +26,7 @@ FLAT = 4.0  # least second variance of a surface over its first
 SAMPLE = 2000  # balls of each cloud, about
 
 
-def scale_left_open(balls, reach, T_target_source):
+def scale_left_open(balls: Balls, reach: Floats, T_target_source: Transform) -> str:
     """Say why a pose may be that of a cloud of another scale; empty where nothing speaks for it.
 
     Args:
@@ -36,7 +41,7 @@ def scale_left_open(balls, reach, T_target_source):
         return ''
     points = [se3.transform_points(T, side.grid.points) for side, T in sides]
     meets = [r[side.order] > 0.0 for (side, _), r in zip(sides, of_each, strict=True)]
-    met = min(_met(*points, meets[1]), _met(*points[::-1], meets[0]))
+    met = min(_met(points[0], points[1], meets[1]), _met(points[1], points[0], meets[0]))
     if met >= LEAST_MET or _growth(sides, points, meets) >= LEAST_GROWTH:
         return ''
     return (
@@ -45,38 +50,43 @@ def scale_left_open(balls, reach, T_target_source):
     )
 
 
-def _met(others, points, meets):
+def _met(others: Points, points: Points, meets: Mask) -> float:
     """Return how many of the points within the others' extent have a neighbour there, 0 to 1."""
     within = ((points >= others.min(axis=0)) & (points <= others.max(axis=0))).all(axis=1)
     return meets[within].mean() if within.any() else 1.0
 
 
-def _growth(sides, points, meets):
+def _growth(
+    sides: Sequence[tuple[Neighbourhoods, Transform]],
+    points: Sequence[Points],
+    meets: Sequence[Mask],
+) -> float:
     """Return how far growing moves the surfaces that meet along their normals, 0 to 1.
 
     What no rigid motion does as well; over the distance that the points move.
     """
-    x, normals = [], []
+    some: list[Points] = []
+    of_some: list[Points] = []
     for (side, T), p, met in zip(sides, points, meets, strict=True):
         balls = np.flatnonzero(met)
         balls = balls[:: max(len(balls) // SAMPLE, 1)]
         n, is_surface = _normals(side.own[balls])
-        x.append(p[balls][is_surface])
-        normals.append(n[is_surface] @ T[:3, :3].T)
-    x, normals = np.vstack(x), np.vstack(normals)
+        some.append(p[balls][is_surface])
+        of_some.append(n[is_surface] @ T[:3, :3].T)
+    x, normals = np.vstack(some), np.vstack(of_some)
     if len(x) == 0:
         return 1.0
     x = x - x.mean(axis=0)
     arm = float(np.sqrt((x * x).sum(axis=1).mean()))
     if arm == 0.0:
         return 1.0
-    grown = (x * normals).sum(axis=1) / arm
-    moved = np.c_[np.cross(x, normals) / arm, normals]
+    grown: Floats = (x * normals).sum(axis=1) / arm
+    moved: Floats = np.c_[np.cross(x, normals) / arm, normals]
     best, *_ = np.linalg.lstsq(moved, grown, rcond=None)
     return float(np.quantile(np.abs(grown - moved @ best), UPPER))
 
 
-def _normals(own):
+def _normals(own: MomentRows) -> tuple[Points, Mask]:
     """Return (N, 3) normals of balls of (N, 10) moments, and which hold a surface."""
     k = np.maximum(own[:, 0], 1.0)
     s = np.empty((len(own), 3, 3))

@@ -7,7 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from idem_ros.core.assessment import LEAST_PROBABILITY, Verdict
+from idem_ros.core.arrays import Points, Transform
+from idem_ros.core.assessment import LEAST_PROBABILITY, Agreement, Assessment, Verdict
+from idem_ros.core.balls import Balls
+from idem_ros.core.cloud import Cloud
 from idem_ros.core.scale import scale_left_open
 
 FLAT = 1e-3  # of the radius: no point of a scan in a plane is farther from it
@@ -17,7 +20,7 @@ COARSE = (
 SAMPLE = 1000  # points, about
 
 
-def out_of_scope(target, source, radius):
+def out_of_scope(target: Cloud, source: Cloud, radius: float) -> str:
     """Say why clouds cannot be judged at all, in one line; empty where they can.
 
     Args:
@@ -36,7 +39,14 @@ def out_of_scope(target, source, radius):
     return ''
 
 
-def judged_in_scope(said, target, source, balls, agreement, T):
+def judged_in_scope(
+    said: Assessment,
+    target: Cloud,
+    source: Cloud,
+    balls: Balls,
+    agreement: Agreement,
+    T: Transform,
+) -> Assessment:
     """Return an `Assessment` as it is, or what is left of it where clouds are out of scope.
 
     Args:
@@ -59,14 +69,14 @@ def judged_in_scope(said, target, source, balls, agreement, T):
     return said
 
 
-def _is_flat(points, thickness):
+def _is_flat(points: Points, thickness: float) -> bool:
     sample = _sampled(points)
     middle = sample.mean(axis=0)
     normal = np.linalg.svd(sample - middle, full_matrices=False)[2][-1]
     return all((np.abs((some - middle) @ normal) <= thickness).all() for some in (sample, points))
 
 
-def _steps(cloud, tolerated):
+def _steps(cloud: Cloud, tolerated: float) -> tuple[str, float]:
     """Return the axis that float32 has rounded most, and its step; 0.0 where none is coarse."""
     sample = _sampled(cloud.points) + cloud.origin
     steps = np.spacing(np.abs(sample).max(axis=0).astype(np.float32))
@@ -77,5 +87,5 @@ def _steps(cloud, tolerated):
     return 'xyz'[axis], float(steps[axis]) if is_rounded else 0.0
 
 
-def _sampled(points):
+def _sampled(points: Points) -> Points:
     return points[:: max(len(points) // SAMPLE, 1)]

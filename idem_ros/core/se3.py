@@ -1,8 +1,22 @@
 """Rigid motions as 4x4 matrices: checked, inverted, and the exponential of a twist."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from idem_ros.core.arrays import (
+    Floats,
+    Matrix3,
+    Matrix6,
+    Point,
+    Points,
+    RotationMatrix,
+    Rotations,
+    Transform,
+    Transforms,
+    Triple,
+    Twist,
+)
 from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.jit import kernel
 
@@ -10,7 +24,7 @@ ORTHONORMALITY_TOLERANCE = 1e-3
 LAST_ROW_TOLERANCE = 1e-6  # a small translation there is a transposed matrix
 
 
-def checked_transform(transform, name='T_target_source'):
+def checked_transform(transform: ArrayLike, name: str = 'T_target_source') -> Transform:
     """Return a rigid transform as (4, 4) float64, its rotation made exactly orthonormal.
 
     Args:
@@ -46,13 +60,13 @@ def checked_transform(transform, name='T_target_source'):
     return matrix
 
 
-def inverse(transform):
+def inverse(transform: Transform) -> Transform:
     """Return the inverse of a (4, 4) rigid transform."""
     return inverse_of(np.ascontiguousarray(transform, dtype=np.float64))
 
 
 @kernel
-def inverse_of(T):
+def inverse_of(T: Transform) -> Transform:
     """Return what `inverse` does, in a kernel."""
     result = np.eye(4)
     for i in range(3):
@@ -63,7 +77,7 @@ def inverse_of(T):
 
 
 @kernel
-def inverses(transforms):
+def inverses(transforms: Transforms) -> Transforms:
     """Return the inverses of (K, 4, 4) rigid transforms."""
     result = np.empty(transforms.shape)
     for n in range(transforms.shape[0]):
@@ -74,12 +88,12 @@ def inverses(transforms):
     return result
 
 
-def transform_points(transform, points):
+def transform_points(transform: Transform, points: Points) -> Points:
     """Return R p + t for each row p of (..., 3) points, the same bits on every processor."""
     return rotate(transform[:3, :3], points) + transform[:3, 3]
 
 
-def rotate(rotation, vectors):
+def rotate(rotation: RotationMatrix, vectors: Points) -> Points:
     """Return R v for each row v of (..., 3) vectors, the same bits on every processor.
 
     Written out: the product through BLAS has others, by the kernel it chooses.
@@ -93,7 +107,7 @@ def rotate(rotation, vectors):
 
 
 @kernel
-def both_ways(T):
+def both_ways(T: Transform) -> tuple[Rotations, Points]:
     """Return R (2, 3, 3) and t (2, 3) of a (4, 4) rigid transform and of its inverse."""
     R, t = np.empty((2, 3, 3)), np.zeros((2, 3))
     for i in range(3):
@@ -104,25 +118,25 @@ def both_ways(T):
     return R, t
 
 
-def rotation_and_translation(transform):
+def rotation_and_translation(transform: Transform) -> tuple[RotationMatrix, Point]:
     """Return R (3, 3) and t (3,) of a (4, 4) transform as kernels take them: contiguous."""
     return np.ascontiguousarray(transform[:3, :3]), transform[:3, 3].copy()
 
 
-def translation(t):
+def translation(t: Point) -> Transform:
     """Return the (4, 4) motion by t, (3,)."""
     result = np.eye(4)
     result[:3, 3] = t
     return result
 
 
-def exp(twist):
+def exp(twist: Twist) -> Transform:
     """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
     return _exp(np.ascontiguousarray(twist, dtype=np.float64))
 
 
 @kernel
-def _exp(twist):
+def _exp(twist: Twist) -> Transform:
     x, y, z = twist[0], twist[1], twist[2]
     a, b, c = _series(x * x + y * y + z * z)
     hat = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
@@ -137,7 +151,7 @@ def _exp(twist):
 
 
 @kernel
-def _series(square):
+def _series(square: float) -> Triple:
     """Return sin a / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of an angle's square."""
     if square < 1e-8:  # Taylor: the last two lose their digits
         return 1 - square / 6, 0.5 - square / 24, 1 / 6 - square / 120
@@ -146,13 +160,13 @@ def _series(square):
     return sine / angle, (1 - np.cos(angle)) / square, (angle - sine) / (square * angle)
 
 
-def log(transform):
+def log(transform: Transform) -> Twist:
     """Return the twist (omega, v), (6,), whose `exp` is a (4, 4) rigid transform."""
     return _log(np.ascontiguousarray(transform, dtype=np.float64))
 
 
 @kernel
-def _log(T):
+def _log(T: Transform) -> Twist:
     w, x, y, z = _quaternion(T)
     sine = np.sqrt(x * x + y * y + z * z)  # of half the angle
     half = np.arctan2(sine, w)
@@ -170,7 +184,7 @@ def _log(T):
 
 
 @kernel
-def _quaternion(T):
+def _quaternion(T: Transform) -> tuple[float, float, float, float]:
     """Return (w, x, y, z), w >= 0, of a rotation, from the entry that has the most digits."""
     a, b, c = T[0, 0], T[1, 1], T[2, 2]
     x, y, z = T[2, 1] - T[1, 2], T[0, 2] - T[2, 0], T[1, 0] - T[0, 1]
@@ -189,17 +203,17 @@ def _quaternion(T):
 
 
 @kernel
-def _cross(a, b):
+def _cross(a: Triple | Floats, b: Triple | Floats) -> Triple:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def adjoint(transform):
+def adjoint(transform: Transform) -> Matrix6:
     """Return the (6, 6) matrix that takes a twist (omega, v) through a rigid transform."""
     return adjoint_of(np.ascontiguousarray(transform, dtype=np.float64))
 
 
 @kernel
-def adjoint_of(T):
+def adjoint_of(T: Transform) -> Matrix6:
     """Return what `adjoint` does, in a kernel."""
     result = np.zeros((6, 6))
     for k in range(3):
@@ -210,11 +224,11 @@ def adjoint_of(T):
     return result
 
 
-def skew(v):
+def skew(v: Point) -> Matrix3:
     """Return the (3, 3) matrix of the cross product with v, (3,)."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]], dtype=np.float64)
 
 
-def rotation_angle(transform):
+def rotation_angle(transform: Transform) -> float:
     """Return the angle [rad] of a transform's rotation."""
     return float(Rotation.from_matrix(transform[:3, :3]).magnitude())

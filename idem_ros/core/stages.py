@@ -4,12 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from idem_ros.core.arrays import Transform, Twists
 from idem_ros.core.balls import Balls
 from idem_ros.core.basin import FIRST, LAST, confidence
 from idem_ros.core.blocks import OutOfTime
 from idem_ros.core.cost import JointEntropy
 from idem_ros.core.newton import Criteria, Solution, Termination, minimize
-from idem_ros.core.pair import wider_stage
+from idem_ros.core.pair import Pair, Stage, wider_stage
 from idem_ros.core.retry import Try, next_try
 
 
@@ -23,32 +24,34 @@ class Descent(NamedTuple):
     confidence: float = np.nan  # that coarse stages ended in the right valley; nan: there are none
 
 
-def stay(pair, T):
+def not_begun(T: Transform) -> Descent:
+    """Return the `Descent` through no stage: at T."""
+    return Descent(Solution(T, np.zeros((6, 6)), 0, Termination.NOT_STARTED, 0))
+
+
+def stay(pair: Pair, T: Transform) -> Descent:
     """Return the `Descent` that leads nowhere: at T itself, with the last stage's cost."""
     cost = pair.cost(pair.stages[-1])
     matrix = cost.linearize(T).matrix
     return Descent(Solution(T, matrix, 0, Termination.NOT_STARTED, 0), cost)
 
 
-def descend(pair, T, motions=None):
+def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:
     """Return the `Descent` from T; motions (6, k): those allowed, None: all.
 
     Once a coarse stage has ended in a deep valley, every other of those left is left out: the
     basin of the last one is reached without.
     """
-    descent, rest = (
-        Descent(Solution(T, np.zeros((6, 6)), 0, Termination.NOT_STARTED, 0)),
-        pair.stages,
-    )
+    descent, rest = not_begun(T), pair.stages
     try:
         if len(rest) > 1:
             descent, rest = _first_stage(pair, descent, motions), rest[1:]
         while rest:
-            stage, *rest = rest
+            stage, rest = rest[0], rest[1:]
             descent = _through(pair, stage, descent, motions)
             if descent.confidence > pair.tuning.sure and len(rest) > 1:
                 rest = rest[1:]
-            elif rest and descent.confidence <= pair.tuning.sure:
+            elif rest and descent.cost and descent.confidence <= pair.tuning.sure:
                 told = confidence(descent.cost.balls, descent.solution.transform, LAST)
                 descent = descent._replace(confidence=told)
     except OutOfTime:
@@ -57,13 +60,15 @@ def descend(pair, T, motions=None):
     return descent
 
 
-def _first_stage(pair, start, motions):
+def _first_stage(pair: Pair, start: Descent, motions: Twists | None) -> Descent:
     """Return the `Descent` to the end of the first stage, by the best of the tries it takes."""
-    tries, ends = [], []
+    tries: list[Try] = []
+    ends: list[Descent] = []
     while stages := next_try(tries, pair.stages[0], wider_stage(pair)):
         descent = start
         for stage in stages:
             descent = _through(pair, stage, descent, motions)
+        assert descent.cost is not None, 'there is a stage to go through'
         balls = descent.cost.balls
         tries.append(Try(stages, confidence(balls, descent.solution.transform, FIRST)))
         ends.append(descent._replace(first=balls, confidence=tries[-1].confidence))
@@ -71,7 +76,7 @@ def _first_stage(pair, start, motions):
     return best._replace(iterations=sum(end.iterations for end in ends))
 
 
-def _through(pair, stage, descent, motions):
+def _through(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None) -> Descent:
     """Minimise one stage from where a `Descent` ended; return where it has led."""
     cost, ease = pair.cost(stage), 1.0 if stage.is_last else pair.tuning.ease
     criteria = Criteria(

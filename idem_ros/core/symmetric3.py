@@ -1,17 +1,18 @@
 """Symmetric 3x3 matrices in kernels, as the six numbers (xx, xy, xz, yy, yz, zz)."""
 
+from idem_ros.core.arrays import RotationMatrix, Symmetric, Triple
 from idem_ros.core.jit import kernel
 
 
 @kernel
-def determinant(s):
+def determinant(s: Symmetric) -> float:
     """Return det S."""
     xx, xy, xz, yy, yz, zz = s
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
 
 
 @kernel
-def adjugate(s):
+def adjugate(s: Symmetric) -> Symmetric:
     """Return det S times the inverse of S; its trace is the sum of the principal minors."""
     xx, xy, xz, yy, yz, zz = s
     return (
@@ -25,25 +26,25 @@ def adjugate(s):
 
 
 @kernel
-def scaled(s, f):
+def scaled(s: Symmetric, f: float) -> Symmetric:
     """Return f S."""
     return s[0] * f, s[1] * f, s[2] * f, s[3] * f, s[4] * f, s[5] * f
 
 
 @kernel
-def inverse(s, det):
+def inverse(s: Symmetric, det: float) -> Symmetric:
     """Return the inverse of S, given its determinant."""
     return scaled(adjugate(s), 1.0 / det)
 
 
 @kernel
-def trace(s):
+def trace(s: Symmetric) -> float:
     """Return tr S."""
     return s[0] + s[3] + s[5]
 
 
 @kernel
-def product(a, b):
+def product(a: Symmetric, b: Symmetric) -> Symmetric:
     """Return A B of two matrices of the same axes, which is symmetric, too."""
     axx, axy, axz, ayy, ayz, azz = a
     bxx, bxy, bxz, byy, byz, bzz = b
@@ -58,14 +59,14 @@ def product(a, b):
 
 
 @kernel
-def times(s, x, y, z):
+def times(s: Symmetric, x: float, y: float, z: float) -> Triple:
     """Return S (x, y, z)."""
     xx, xy, xz, yy, yz, zz = s
     return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
 
 
 @kernel
-def rotated(R, s):
+def rotated(R: RotationMatrix, s: Symmetric) -> Symmetric:
     """Return R S R^T for a rotation R (3, 3)."""
     ax, ay, az = times(s, R[0, 0], R[0, 1], R[0, 2])
     bx, by, bz = times(s, R[1, 0], R[1, 1], R[1, 2])
@@ -81,7 +82,7 @@ def rotated(R, s):
 
 
 @kernel
-def thinnest_axis(s):
+def thinnest_axis(s: Symmetric) -> Triple:
     """Return the unit axis of the least eigenvalue, where it is much the least.
 
     The adjugate's widest axis is that one; squaring it leaves little of the others.

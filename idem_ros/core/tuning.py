@@ -3,10 +3,12 @@
 `idem bench ablate` sets each to its neutral value in turn, on cases that none was chosen by.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 
-def _tuned(value, reason, neutral):
+def _tuned(value: float, reason: str, neutral: float) -> Any:
     return field(default=value, metadata={'reason': reason, 'neutral': neutral})
 
 
@@ -82,7 +84,7 @@ class TrustTuning:
     )
 
 
-def tuned_numbers(tuning):
+def tuned_numbers(tuning: SolverTuning | TrustTuning) -> Iterator[tuple[str, float, str, float]]:
     """Yield (name, value, reason, neutral value) of each number of a `SolverTuning` or alike."""
     for each in fields(tuning):
         yield (

@@ -6,14 +6,21 @@ size that suits both. The steps are coarse, so that the scans of a sensor, and a
 registered to, share a size.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from idem_ros.core.config import AUTO, VOXEL_SIZES
+from idem_ros.core.arrays import Floats, Indices, Points, Weights
+from idem_ros.core.config import AUTO, VOXEL_SIZES, RegistrationConfig
 from idem_ros.core.jit import kernel
 from idem_ros.core.voxels import reduce_to_voxels
+
+if TYPE_CHECKING:
+    from idem_ros.core.cloud import Cloud
+
 
 PER_OCTAVE = 2
 MOST_VOXELS = 10_000  # of the cloud that fills fewer: what is finer costs more than it gains
@@ -45,12 +52,14 @@ class Fit(NamedTuple):
     voxels: tuple[int, ...]  # estimates: at the coarsest, at the next finer, ...
 
     @property
-    def finest(self):
+    def finest(self) -> int:
         """Step of the finest size from which on balls hold surfaces, thin against them."""
         return self.coarsest - len(self.voxels) + 1
 
 
-def with_voxel_size(config, target, source):
+def with_voxel_size(
+    config: RegistrationConfig, target: Cloud, source: Cloud
+) -> RegistrationConfig:
     """Return a `RegistrationConfig` whose voxel size is a number or None, never `AUTO`.
 
     Args:
@@ -64,7 +73,14 @@ def with_voxel_size(config, target, source):
     return replace(config, voxel_size=size if size and low <= size <= high else None)
 
 
-def common_voxel_size(one, other):
+def size_found(config: RegistrationConfig) -> float | None:
+    """Return the voxel size of what `with_voxel_size` returned; None: points as given."""
+    size = config.voxel_size
+    assert not isinstance(size, str), f'voxel_size is still {size!r}'
+    return size
+
+
+def common_voxel_size(one: Fit | None, other: Fit | None) -> float | None:
     """Return the finest voxel size that suits both of two `Fit`s; None: points as given."""
     if one is None or other is None or max(one.points, other.points) < FEW_POINTS:
         return None
@@ -75,12 +91,12 @@ def common_voxel_size(one, other):
     return edge(end)
 
 
-def edge(step):
+def edge(step: int) -> float:
     """Return the edge of the voxels of a step of the ladder, in the clouds' unit."""
     return float(2.0 ** (step / PER_OCTAVE))
 
 
-def fit_of(points):
+def fit_of(points: Points) -> Fit | None:
     """Return the `Fit` of (N, 3) points about their middle; None: too few, or all in one place."""
     few = points[:: max(len(points) // COARSE_SAMPLE, 1)]
     span = float(np.median(np.abs(few).max(axis=1)))
@@ -96,7 +112,9 @@ def fit_of(points):
     return Fit(len(points), coarsest, voxels)
 
 
-def _down_the_ladder(sampled, step, one_in, least):
+def _down_the_ladder(
+    sampled: Points, step: int, one_in: int, least: int
+) -> tuple[int, tuple[int, ...]]:
     """Return the coarsest step that is of use, and how many voxels there are, by finer steps.
 
     By points in one of so many cubes, from a step that is coarse enough. The coarsest has at least
@@ -119,7 +137,7 @@ def _down_the_ladder(sampled, step, one_in, least):
     return coarsest, tuple(voxels)
 
 
-def _cube(few, step):
+def _cube(few: Points, step: int) -> int:
     """Return the step at which a sample of points fills some hundreds of cubes."""
     for finer in range(step, step - MOST_STEPS, -1):
         if len(_cubes(few, finer)) >= min(CUBES, len(few) // 3):
@@ -127,19 +145,19 @@ def _cube(few, step):
     return step
 
 
-def _cubes(points, step):
+def _cubes(points: Points, step: int) -> Weights:
     """Return weight and scatter (M, 7) of the cubes that points fill."""
     return reduce_to_voxels(points, _as_measured(len(points)), edge(step))[1]
 
 
-def _as_measured(n):
+def _as_measured(n: int) -> Weights:
     """Return weight and scatter (N, 7) of points as measured: one, and none."""
     weights = np.zeros((n, 7))
     weights[:, 0] = 1.0
     return weights
 
 
-def _suits(cubes, step):
+def _suits(cubes: dict[int, Weights], step: int) -> bool:
     """Whether the cubes {step: weight and scatter} hold thin surfaces; unknown: yes."""
     thickness, _, _ = _shapes(cubes[step + BALL])
     if len(thickness) >= LEAST_CUBES:
@@ -151,7 +169,7 @@ def _suits(cubes, step):
 
 
 @kernel
-def _in_chosen(points, size, one_in):
+def _in_chosen(points: Points, size: float, one_in: int) -> Indices:
     """Return the indices of the points in every `one_in`-th cube, by a hash of its place."""
     found, n = np.empty(len(points), np.int64), 0
     for i in range(len(points)):
@@ -165,7 +183,7 @@ def _in_chosen(points, size, one_in):
 
 
 @kernel
-def _shapes(weights):
+def _shapes(weights: Weights) -> tuple[Floats, int, int]:
     """Return the thickness of each surface, and of cubes of many points the surfaces and all.
 
     Weights (N, 7) are weight and scatter of cubes. A surface's determinant over the sum of its

@@ -4,6 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from idem_ros.core.arrays import (
+    Floats,
+    Integer,
+    Integers,
+    Integers32,
+    Point,
+    Points,
+    Triple,
+    Weights,
+)
 from idem_ros.core.grid import bounds
 from idem_ros.core.jit import kernel
 
@@ -11,11 +21,11 @@ from idem_ros.core.jit import kernel
 class Voxels(NamedTuple):
     """The occupied voxels, in the order of their first points."""
 
-    mean: np.ndarray  # (M, 3) float64, of the raw points
-    weights: np.ndarray  # (M, 7): their weight, and their scatter about the mean (xx, ..., zz)
+    mean: Points  # (M, 3) of the raw points
+    weights: Weights  # (M, 7): their weight, and their scatter about the mean (xx, ..., zz)
 
 
-def reduce_to_voxels(points, weights, voxel_size):
+def reduce_to_voxels(points: Points, weights: Weights, voxel_size: float) -> Voxels:
     """Reduce (N, 3) finite points to voxels of the given edge, from the cloud's own corner.
 
     A point that stands for others goes where it is itself.
@@ -32,7 +42,15 @@ def reduce_to_voxels(points, weights, voxel_size):
 
 
 @kernel
-def _accumulate(points, weights, low, size, slots, corners, sums):
+def _accumulate(
+    points: Points,
+    weights: Weights,
+    low: Point,
+    size: float,
+    slots: Integers32,
+    corners: Integers,
+    sums: Floats,
+) -> int:
     """Sum the moments of each voxel about its own middle; a hash table finds the voxel."""
     mask = slots.shape[0] - 1
     each = np.int64(weights.shape[0] > 1)
@@ -53,7 +71,9 @@ def _accumulate(points, weights, low, size, slots, corners, sums):
 
 
 @kernel
-def _voxel_of(x, y, z, slots, mask, corners, n):
+def _voxel_of(
+    x: Integer, y: Integer, z: Integer, slots: Integers32, mask: int, corners: Integers, n: Integer
+) -> Integer:
     """Return the number of a voxel, n for one not seen before."""
     h = x * 73856093 ^ y * 19349663 ^ z * 83492791
     slot = (h ^ (h >> 15)) & mask
@@ -69,7 +89,7 @@ def _voxel_of(x, y, z, slots, mask, corners, n):
 
 
 @kernel
-def _add(m, d, weight):
+def _add(m: Floats, d: Triple, weight: Floats) -> None:
     (dx, dy, dz), w = d, weight[0]
     m[0] += w
     m[1] += w * dx
@@ -84,7 +104,9 @@ def _add(m, d, weight):
 
 
 @kernel
-def _to_means(sums, corners, low, size, mean, weights):
+def _to_means(
+    sums: Floats, corners: Integers, low: Point, size: float, mean: Points, weights: Weights
+) -> None:
     """Turn sums about a voxel's middle into mean, count and scatter about the mean."""
     for v in range(mean.shape[0]):
         m = sums[v]

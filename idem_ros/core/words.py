@@ -2,12 +2,15 @@
 
 import numpy as np
 
+from idem_ros.core.arrays import Floats, RotationMatrix
+from idem_ros.core.observability import Observability
+
 AXES = 'xyz'
 MOSTLY_TURN = 0.5  # of a unit motion: from here on it is named by its turn
 ON_AXIS = 0.95  # of an axis within a subspace: from here on the subspace is named by its axes
 
 
-def free_in_words(observability, R_target_source):
+def free_in_words(observability: Observability, R_target_source: RotationMatrix) -> str:
     """Say which motions are unobservable.
 
     Args:
@@ -32,7 +35,7 @@ def free_in_words(observability, R_target_source):
     return f'free {" and ".join(named)}'
 
 
-def _named(directions):
+def _named(directions: Floats) -> str:
     """Name the span of (3, k) directions by axes where it has them, else by its directions."""
     basis, _ = np.linalg.qr(directions)
     on_axis = np.linalg.norm(basis, axis=1) > ON_AXIS
