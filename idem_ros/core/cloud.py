@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
-from threading import Lock
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -16,12 +15,12 @@ from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.grid import Grid, bounds, build_grid
 from idem_ros.core.jit import kernel
+from idem_ros.core.kept import Kept
 from idem_ros.core.moments import AS_MEASURED, TIE, own_moments
 from idem_ros.core.noise import SAMPLE, thickness_and_members
 from idem_ros.core.voxel_size import Fit, fit_of
 from idem_ros.core.voxels import reduce_to_voxels
 
-Value = TypeVar('Value')
 Scalar = TypeVar('Scalar', bound=np.generic)
 
 KEPT = 8  # results of each kind: enough for two schedules of four stages
@@ -88,7 +87,7 @@ class Cloud:
         self.origin: Point = _read_only(origin)
         self.finite: Mask = _read_only(finite)
         self.dropped = len(finite) - len(points)
-        self._kept = _Kept(kept)
+        self._kept = Kept(kept)
 
     def __len__(self) -> int:
         return len(self._points)
@@ -183,33 +182,6 @@ class Cloud:
 
 
 CloudLike = ArrayLike | Cloud  # (N, 3) points, or a `Cloud` made of them
-
-
-class _Kept:
-    """Results of a cloud by kind and key, the latest few of each kind: all that is kept."""
-
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self._found: dict[str, dict[Hashable, Any]] = {}
-        self._lock = Lock()
-
-    def get(self, kind: str, key: Hashable, make: Callable[[], Value]) -> Value:
-        """Return what was kept, or what make returns: made outside the lock, to the same bits."""
-        with self._lock:
-            of_kind = self._found.setdefault(kind, {})
-            if key in of_kind:
-                return of_kind[key]
-        value = make()
-        with self._lock:
-            value = of_kind.setdefault(key, value)
-            while len(of_kind) > self.most:
-                of_kind.pop(next(iter(of_kind)))
-        return value
-
-    def has(self, kind: str, key: Hashable) -> bool:
-        """Whether it is kept."""
-        with self._lock:
-            return key in self._found.get(kind, {})
 
 
 def neighbourhoods(
