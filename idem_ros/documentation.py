@@ -1,4 +1,4 @@
-"""The parts of the README that are written by a command: what the code says of itself."""
+"""The parts of the documents that are written by a command: what the code says of itself."""
 
 from dataclasses import fields
 from itertools import dropwhile, takewhile
@@ -19,7 +19,7 @@ from idem_ros.parameters import default_of, description_of, parameter_name
 
 FIGURES = 'docs/figures.md'
 ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'
-TRUST = 'docs/bench_trust.md'
+TRUST, REAL = 'docs/bench_trust.md', 'docs/bench_real.md'
 BEGIN, END = '<!-- {name}: written by `make docs` -->', '<!-- end of {name} -->'
 
 
@@ -34,25 +34,59 @@ def blocks(folder):
         'accuracy': _lines_of(folder / ACCURACY, ('-', '  -')),
         'speed': _lines_of(folder / SPEED, ('|',)),
         'trust': _lines_of(folder / TRUST, ('|',)),
+        'real': _near(folder / REAL),
         'topics': _topics(),
         'parameters': _parameters(),
     }
 
 
-def with_blocks(text, contents):
-    """Return a document with what stands between the marks of each block replaced.
+def documents(readme):
+    """Return {path: text as it should be} of the README and of the documents beside it.
+
+    Args:
+        readme: `Path` of the checkout's README; the others are in its folder's docs.
 
     Raises:
-        IdemError: the document lacks a mark.
+        IdemError: a block stands in none of them, or in several.
+    """
+    paths = [readme, *sorted((readme.parent / 'docs').glob('*.md'))]
+    texts = {path: path.read_text() for path in paths}
+    contents = blocks(readme.parent)
+    for name in contents:
+        places = [path for path, text in texts.items() if BEGIN.format(name=name) in text]
+        if len(places) != 1:
+            where = ', '.join(path.name for path in places) or 'no document'
+            raise IdemError(f'the block {name} stands in {where}; it must stand in one')
+    return {path: with_blocks(text, contents) for path, text in texts.items()}
+
+
+def with_blocks(text, contents):
+    """Return a document with what stands between the marks of each of its blocks replaced.
+
+    Raises:
+        IdemError: of a block it has one mark only, or one of them twice.
     """
     for name, content in contents.items():
         begin, end = BEGIN.format(name=name), END.format(name=name)
-        if text.count(begin) != 1 or text.count(end) != 1:
+        counts = text.count(begin), text.count(end)
+        if counts == (0, 0):
+            continue
+        if counts != (1, 1):
             raise IdemError(f'the document must hold the lines {begin!r} and {end!r} once each')
         before, rest = text.split(begin)
         _, after = rest.split(end)
         text = f'{before}{begin}\n{content}\n{end}{after}'
     return text
+
+
+def _near(path):
+    """Return the rows of real scans from near starts, and what a peer does better there."""
+    lines = path.read_text().splitlines()
+    rows = [line for line in lines if line.startswith('|')]
+    head, rest = rows[:2], rows[2:]
+    near = [row for row in rest if [cell.strip() for cell in row.split('|')][2] == 'near']
+    worse = [line for line in lines if line.startswith('- ') and ', near' in line]
+    return '\n'.join([*head, *near, '', 'A peer does better:', '', *worse] if worse else [*head, *near])
 
 
 def _lines_of(path, starts):

@@ -5,42 +5,77 @@ import pytest
 
 from idem_ros.commands.main import COMMANDS, main
 from idem_ros.core import IdemError
-from idem_ros.documentation import with_blocks
+from idem_ros.documentation import documents, with_blocks
 
 ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / 'README.md').read_text()
+README = ROOT / 'README.md'
+DOCUMENTS = [README, ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 MARKED = 'a\n<!-- x: written by `make docs` -->\nold\n<!-- end of x -->\nb\n'
 
 
-def test_the_readme_says_what_the_code_says(capsys):
-    assert main(['docs', '--check', '--readme', str(ROOT / 'README.md')]) == 0, (
-        'run make docs and commit'
-    )
+def test_the_documents_say_what_the_code_says(capsys):
+    assert main(['docs', '--check', '--readme', str(README)]) == 0, 'run make docs and commit'
 
 
 @pytest.mark.parametrize('command', COMMANDS)
-def test_the_readme_shows_every_command(command):
+def test_the_documents_show_every_command(command):
     name = command.__name__.rpartition('.')[2]
-    assert re.search(rf'^(idem|make) {name}\b|`(idem|make) {name}\b', README, re.MULTILINE)
+    shown = re.compile(rf'^(idem|make) {name}\b|`(idem|make) {name}\b', re.MULTILINE)
+    assert any(shown.search(path.read_text()) for path in DOCUMENTS)
+
+
+def test_the_readme_is_a_page():
+    assert len(README.read_bytes()) <= 8000
+
+
+@pytest.mark.parametrize('path', DOCUMENTS, ids=lambda path: path.name)
+def test_no_link_is_dead(path):
+    text = path.read_text()
+    for link in re.findall(r'\]\(([^)\s]+)\)', text):
+        name, _, anchor = link.partition('#')
+        if link.startswith('http'):
+            continue
+        target = path.parent / name if name else path
+        assert target.exists(), link
+        if anchor:
+            headings = re.findall(r'^#+ (.*)$', target.read_text(), re.MULTILINE)
+            assert anchor in {re.sub(r'[^\w -]', '', h).lower().replace(' ', '-') for h in headings}
 
 
 def test_a_block_is_replaced_and_the_rest_is_kept():
     assert with_blocks(MARKED, {'x': 'new'}) == MARKED.replace('old', 'new')
+    assert with_blocks('a\nb\n', {'x': 'new'}) == 'a\nb\n'
 
 
-def test_a_document_without_the_marks_is_refused():
+def test_a_document_with_half_a_mark_is_refused():
     with pytest.raises(IdemError, match='once each'):
-        with_blocks('a\nb\n', {'x': 'new'})
+        with_blocks(MARKED.replace('end of x', 'end'), {'x': 'new'})
 
 
-def test_a_table_out_of_date_is_told_by_the_exit_code(tmp_path, capsys):
+@pytest.fixture
+def checkout(tmp_path):
     (tmp_path / 'docs').mkdir()
-    for report in (ROOT / 'docs').glob('*.md'):
-        (tmp_path / 'docs' / report.name).write_text(report.read_text())
-    text = (ROOT / 'README.md').read_text()
-    (tmp_path / 'README.md').write_text(text.replace('`voxel_size`', '`voxelsize`'))
-    assert main(['docs', '--check', '--readme', str(tmp_path / 'README.md')]) == 1
-    assert 'out of date' in capsys.readouterr().out
+    for path in DOCUMENTS:
+        (tmp_path / path.relative_to(ROOT)).write_text(path.read_text())
+    return tmp_path
+
+
+def test_a_table_out_of_date_is_named_and_told_by_the_exit_code(checkout, capsys):
+    reference = checkout / 'docs' / 'reference.md'
+    reference.write_text(reference.read_text().replace('`voxel_size`', '`voxelsize`'))
+    assert main(['docs', '--check', '--readme', str(checkout / 'README.md')]) == 1
+    assert 'out of date: reference.md' in capsys.readouterr().out
+
+
+def test_a_block_that_stands_nowhere_or_twice_is_refused(checkout):
+    reference = checkout / 'docs' / 'reference.md'
+    (checkout / 'docs' / 'again.md').write_text(reference.read_text())
+    with pytest.raises(IdemError, match=r'topics stands in again\.md, reference\.md'):
+        documents(checkout / 'README.md')
+    (checkout / 'docs' / 'again.md').unlink()
+    reference.unlink()
+    with pytest.raises(IdemError, match='topics stands in no document'):
+        documents(checkout / 'README.md')
 
 
 def test_a_readme_that_is_not_there_is_named(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""`idem docs`: write the parts of the README that follow from the code, and its picture."""
+"""`idem docs`: write the parts of the documents that follow from the code, and the picture."""
 
 from pathlib import Path
 
@@ -14,8 +14,9 @@ def add_parser(subparsers):
     """Add the subcommand."""
     parser = subparsers.add_parser(
         'docs',
-        help='write the tables and the picture of the README again',
-        description='Write the tables of topics and parameters into the README of this checkout, '
+        help='write the tables and the picture of the documents again',
+        description='Write the tables of topics, parameters and figures into the README of this '
+        'checkout and the documents beside it, '
         f'and {PICTURE} (needs matplotlib).',
     )
     parser.add_argument('--readme', metavar='FILE', default='README.md')
@@ -26,20 +27,22 @@ def add_parser(subparsers):
 
 
 def run(args):
-    """Write or check the README's blocks."""
+    """Write or check the blocks of the documents."""
     from idem_ros.atomic_file import replacing
-    from idem_ros.documentation import blocks, with_blocks
+    from idem_ros.documentation import documents
 
     readme = Path(args.readme)
     if not readme.is_file():
         raise UsageError(f'{readme} does not exist; run this in the checkout, or name the file')
-    text = readme.read_text()
-    written = with_blocks(text, blocks(readme.parent))
+    written = documents(readme)
+    stale = [path for path, text in written.items() if path.read_text() != text]
     if args.check:
-        print(f'{readme} is {"up to date" if written == text else "out of date: run make docs"}')
-        return OK if written == text else FAILED
-    with replacing(readme) as temporary:
-        Path(temporary).write_text(written)
+        names = ', '.join(path.name for path in stale)
+        print(f'out of date: {names}; run make docs' if stale else 'the documents are up to date')
+        return FAILED if stale else OK
+    for path in stale:
+        with replacing(path) as temporary:
+            Path(temporary).write_text(written[path])
     _draw(readme.parent)
     return OK
 
