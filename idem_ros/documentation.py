@@ -80,13 +80,29 @@ def with_blocks(text, contents):
 
 
 def _near(path):
-    """Return the rows of real scans from near starts, and what a peer does better there."""
+    """Return the rows of near starts, and what a peer does better there beyond chance."""
     lines = path.read_text().splitlines()
-    rows = [line for line in lines if line.startswith('|')]
-    head, rest = rows[:2], rows[2:]
-    near = [row for row in rest if [cell.strip() for cell in row.split('|')][2] == 'near']
-    worse = [line for line in lines if line.startswith('- ') and ', near' in line]
-    return '\n'.join([*head, *near, '', 'A peer does better:', '', *worse] if worse else [*head, *near])
+    head, _, *rest = (_cells_of(line) for line in lines if line.startswith('|'))
+    near = [row for row in rest if row[1] == 'near']
+    kept = [k for k, name in enumerate(head) if name not in ('starts', 'setting')]
+    rows = [[row[k] for k in kept] for row in (head, ['---'] * len(head), *near)]
+    better = [line for line in lines if line.startswith('- ') and ', near: ' in line]
+    beyond = [line.replace(', near', '') for line in better if _is_beyond_chance(line)]
+    said = [
+        f'\nOf {len(better)} figures in which a peer is ahead there, those beyond chance are:\n',
+        *(beyond or ['- none']),
+    ]
+    return '\n'.join([*('|'.join(['', *row, '']) for row in rows), *said])
+
+
+def _cells_of(row):
+    return [cell.strip() for cell in row.split('|')[1:-1]]
+
+
+def _is_beyond_chance(line):
+    """Whether the interval of a ratio leaves out 1; a count of right results has none."""
+    _, has_interval, interval = line.partition('IDEM over it ')
+    return not has_interval or float(interval.split()[0]) > 1.0
 
 
 def _lines_of(path, starts):

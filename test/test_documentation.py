@@ -39,7 +39,9 @@ def test_no_link_is_dead(path):
         assert target.exists(), link
         if anchor:
             headings = re.findall(r'^#+ (.*)$', target.read_text(), re.MULTILINE)
-            assert anchor in {re.sub(r'[^\w -]', '', h).lower().replace(' ', '-') for h in headings}
+            assert anchor in {
+                re.sub(r'[^\w -]', '', h).lower().replace(' ', '-') for h in headings
+            }
 
 
 def test_a_block_is_replaced_and_the_rest_is_kept():
