@@ -23,7 +23,7 @@ KERNELS := prescott $(if $(shell grep -m1 -ow avx2 /proc/cpuinfo),haswell zen) \
 PORTABLE := $(KERNELS:%=openblas-%) numpy-without-avx512 numpy-without-avx2 numba-generic
 # left out there: what is only read, written, shown or started, and what measures time and memory
 PLAIN := atomic_* bad_recordings bench_evaluation bench_report_cost bench_speed cluster cloud_f* \
-	documentation figures fuzz* interrupts jit kernel_cache layers main *_file *_folder recording_* \
+	documentation figures fuzz* interrupts jit kernel_cache core_names main *_file *_folder recording_* \
 	report* result_* text_table worker*
 DISPATCHED = $(shell $(BIN)/python -c \
 	'from numpy._core._multiarray_umath import __cpu_dispatch__; print(*__cpu_dispatch__)')
@@ -40,7 +40,7 @@ help:
 	@echo 'make portable  run the tests that compute as other processors would compute them'
 	@echo 'make newest  run the tests with the newest release of everything, and say what that is'
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
-	@echo 'make lint    check style, and the types of the core'
+	@echo 'make lint    check style, the types of the core, and that imports run one way'
 	@echo 'make docs    write the tables and the picture of the README again'
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
@@ -94,19 +94,20 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
+	$(BIN)/lint-imports
 
 docs: $(READY)
 	$(BIN)/idem docs
 
 bench: $(READY)
-	$(BIN)/idem bench main --markdown docs/figures.md
-	$(BIN)/idem bench accuracy --markdown docs/bench_accuracy.md
-	$(BIN)/idem bench speed --markdown docs/bench_speed.md
-	$(BIN)/idem bench rings --markdown docs/bench_rings.md
-	$(BIN)/idem bench real --markdown docs/bench_real.md
-	$(BIN)/idem bench ablate --markdown docs/bench_ablate.md
-	$(BIN)/idem bench trust --markdown docs/bench_trust.md
-	$(BIN)/idem bench evaluation --markdown docs/bench_evaluation.md
+	$(BIN)/python -m benchmarks main --markdown docs/figures.md
+	$(BIN)/python -m benchmarks accuracy --markdown docs/bench_accuracy.md
+	$(BIN)/python -m benchmarks speed --markdown docs/bench_speed.md
+	$(BIN)/python -m benchmarks rings --markdown docs/bench_rings.md
+	$(BIN)/python -m benchmarks real --markdown docs/bench_real.md
+	$(BIN)/python -m benchmarks ablate --markdown docs/bench_ablate.md
+	$(BIN)/python -m benchmarks trust --markdown docs/bench_trust.md
+	$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
 
 # build/lib is removed: setuptools would pack what is no longer in the checkout
 wheel: $(INSTALLED)/.ready
@@ -125,7 +126,7 @@ colcon: $(INSTALLED)/.ready
 		--event-handlers console_direct+ --return-code-on-test-failure --pytest-args $(ARGS)
 
 soak: $(READY)
-	$(BIN)/python -m idem_ros.node.soak $(ARGS)
+	$(BIN)/python -m benchmarks.soak $(ARGS)
 	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/test_fuzz.py test/test_fuzz_live.py test/test_fuzz_recordings.py
 
 # an environment that sees the sourced ROS; where there is none, that of the other tests

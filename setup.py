@@ -16,6 +16,7 @@ TEST = [
     'ruff==0.17.6',
     'basedpyright==1.40.2',
     'evo',
+    'import-linter',
 ]
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
@@ -29,7 +30,7 @@ setup(
     maintainer='idem_ros maintainers',
     maintainer_email='maintainers@idem-ros.invalid',
     python_requires='>=3.10',
-    packages=find_packages(exclude=['test', 'test.*']),
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
         PACKAGE: ['py.typed'],
         f'{PACKAGE}.evaluation': ['report.css', 'report.html.jinja', 'report.js'],

@@ -3,9 +3,9 @@
 from dataclasses import fields
 from itertools import dropwhile, takewhile
 
-from idem_ros.benchmarks.markdown import table
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
+from idem_ros.markdown import table
 from idem_ros.node.interface import (
     INPUTS,
     OUTPUTS,
@@ -27,7 +27,7 @@ def blocks(folder):
     """Return {name: Markdown} of the parts that follow from the code, and of measured figures.
 
     Args:
-        folder: `Path` of the checkout; the figures are what `idem bench` wrote to its docs.
+        folder: `Path` of the checkout; the figures are what `make bench` wrote to its docs.
     """
     return {
         'figures': _lines_of(folder / FIGURES, ('|',)),

@@ -67,6 +67,19 @@ def test_every_file_beside_the_code_is_installed_with_it(tmp_path):
     assert files_of(installed) == files_of(ROOT / 'idem_ros')
 
 
+def test_benchmarks_and_tests_are_not_installed(tmp_path):
+    code = """if True:
+        from importlib.metadata import files
+        print(*{file.parts[0] for file in files('idem_ros')})
+        from importlib.util import find_spec
+        print(*filter(find_spec, ('benchmarks', 'fuzz')))
+    """
+    tops, found = run(sys.executable, '-c', code, cwd=tmp_path).split('\n')[:2]
+    assert 'idem_ros' in tops.split()
+    assert not {'benchmarks', 'test', 'fuzz'} & set(tops.split())
+    assert not found
+
+
 def files_of(package):
     return {
         str(file.relative_to(package))

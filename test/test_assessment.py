@@ -3,8 +3,8 @@ import pytest
 from clouds import error_of, motion, surface
 from costs import joint_entropy, normal_balance
 
-from idem_ros.benchmarks.bare_scenes import bare_case
-from idem_ros.benchmarks.case import displaced
+from benchmarks.bare_scenes import bare_case
+from benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register, se3
 from idem_ros.core.covariance import by_region, covariance_of
 from idem_ros.core.observability import observability_of

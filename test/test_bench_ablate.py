@@ -4,14 +4,15 @@ from functools import partial
 import numpy as np
 import pytest
 
-from idem_ros.benchmarks.ablate import Compared, Number, Run, ablate, compared_record, numbers
-from idem_ros.benchmarks.ablate_report import ablation_markdown
-from idem_ros.benchmarks.case import Case
-from idem_ros.benchmarks.rows import SEEDS
-from idem_ros.benchmarks.surfaces import BUNNY, condition, random_body, surface_points
-from idem_ros.benchmarks.unseen import FIRST_SEED, STARTS, Unseen, unseen
-from idem_ros.commands.main import main
+from benchmarks.ablate import Compared, Number, Run, ablate, compared_record, numbers
+from benchmarks.ablate_report import ablation_markdown
+from benchmarks.case import Case
+from benchmarks.commands.main import main
+from benchmarks.conditions import condition
+from benchmarks.rows import SEEDS
+from benchmarks.unseen import FIRST_SEED, STARTS, Unseen, unseen
 from idem_ros.core.tuning import SolverTuning
+from idem_ros.simulation.body import BUNNY, random_body, surface_points
 
 NUMBER = Number('width', 2.0, 'far guesses', 1.0, 'tuning')
 
@@ -89,7 +90,7 @@ def test_the_report_of_trust_counts_verdicts():
 
 @pytest.mark.parametrize('wrong', [['--number', 'nosuch'], ['--cases', 'nosuch'], ['--jobs', '0']])
 def test_what_ablate_does_not_know_is_refused(wrong, capsys):
-    assert main(['bench', 'ablate', *wrong]) == 2
+    assert main(['ablate', *wrong]) == 2
     assert wrong[0] in capsys.readouterr().err
 
 

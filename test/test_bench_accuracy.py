@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from clouds import surface
 
-from idem_ros.benchmarks import accuracy_report
-from idem_ros.benchmarks.accuracy import Figures, RowResult, measure_rows
-from idem_ros.benchmarks.case import LEVELS, Case
-from idem_ros.benchmarks.chance import ratio_interval
-from idem_ros.benchmarks.earlier import NotMeasured, with_peers_of
-from idem_ros.benchmarks.methods import PEERS, Setting, settings
-from idem_ros.benchmarks.rows import Row, accuracy_rows
-from idem_ros.benchmarks.verdict import verdicts
-from idem_ros.commands.main import main
+from benchmarks import accuracy_report
+from benchmarks.accuracy import Figures, RowResult, measure_rows
+from benchmarks.case import LEVELS, Case
+from benchmarks.chance import ratio_interval
+from benchmarks.commands.main import main
+from benchmarks.earlier import NotMeasured, with_peers_of
+from benchmarks.methods import PEERS, Setting, settings
+from benchmarks.rows import Row, accuracy_rows
+from benchmarks.verdict import verdicts
 from idem_ros.core import RegistrationConfig
 
 
@@ -132,7 +132,7 @@ def test_rows_bear_unique_names_and_are_found_by_a_part_of_them():
 def test_the_command_measures_one_row_and_writes_what_was_asked_for(tmp_path, capsys):
     pytest.importorskip('small_gicp')
     out = tmp_path / 'a.json'
-    assert main(['bench', 'accuracy', '--quick', '--rows', 'density', '--json', str(out)]) == 0
+    assert main(['accuracy', '--quick', '--rows', 'density', '--json', str(out)]) == 0
     assert json.loads(out.read_text())['rows'][0]['name'] == 'density 10:1'
     assert '| density 10:1' in capsys.readouterr().out
 
@@ -140,7 +140,7 @@ def test_the_command_measures_one_row_and_writes_what_was_asked_for(tmp_path, ca
 def test_the_peers_of_an_earlier_run_are_taken_as_they_were(tmp_path, capsys):
     pytest.importorskip('small_gicp')
     first, second = tmp_path / 'first.json', tmp_path / 'second.json'
-    command = ['bench', 'accuracy', '--quick', '--rows', 'density']
+    command = ['accuracy', '--quick', '--rows', 'density']
     assert main([*command, '--json', str(first)]) == 0
     assert main([*command, '--peers', str(first), '--json', str(second)]) == 0
     assert json.loads(second.read_text()) == json.loads(first.read_text())
@@ -163,5 +163,5 @@ def test_a_file_without_figures_is_refused(tmp_path, content):
 
 @pytest.mark.parametrize('wrong', [['--rows', 'nothing'], ['--jobs', '0'], ['--a', '-1']])
 def test_wrong_options_are_refused_in_one_line(wrong, capsys):
-    assert main(['bench', 'accuracy', *wrong]) == 2
+    assert main(['accuracy', *wrong]) == 2
     assert capsys.readouterr().err.count('\n') == 1

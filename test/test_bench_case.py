@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from clouds import motion, surface
 
-from idem_ros.benchmarks.case import (
+from benchmarks.case import (
     LEVELS,
     Case,
     displaced,

@@ -4,9 +4,9 @@ import json
 import numpy as np
 import pytest
 
-from idem_ros.benchmarks import evaluation
-from idem_ros.benchmarks.goal import Goal
-from idem_ros.commands.main import main
+from benchmarks import evaluation
+from benchmarks.commands.main import main
+from benchmarks.goal import Goal
 from idem_ros.core import RegistrationConfig
 from idem_ros.evaluation.replay import replay
 from idem_ros.recording.reader import open_recording
@@ -86,6 +86,6 @@ def test_one_and_two_processes_evaluate_all_recordings(tmp_path):
 def test_a_missed_figure_ends_with_exit_code_1(monkeypatch, tmp_path, capsys, measured, code):
     monkeypatch.setattr(evaluation, 'measure', lambda *_: [Goal('x', measured, 1.0)])
     out = tmp_path / 'out.json'
-    assert main(['bench', 'evaluation', '--json', str(out)]) == code
+    assert main(['evaluation', '--json', str(out)]) == code
     assert json.loads(out.read_text())['goals'][0]['reached'] == (code == 0)
     assert ('MISSED' in capsys.readouterr().out) == bool(code)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from idem_ros.benchmarks.lidar_cases import scan_to_map, scan_to_scan
+from benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from idem_ros.core import se3
 from idem_ros.simulation.lidar import Lidar
 

@@ -2,18 +2,18 @@ import json
 
 import pytest
 
-from idem_ros.benchmarks import main_job
-from idem_ros.benchmarks.goal import Goal, goals_table
-from idem_ros.benchmarks.markdown import number, table
-from idem_ros.commands.main import main
+from benchmarks import main_job
+from benchmarks.commands.main import main
+from benchmarks.goal import Goal, goals_table
 from idem_ros.core import RegistrationConfig
+from idem_ros.markdown import number, table
 
 
 @pytest.fixture
 def alone(monkeypatch):
     """The benchmark where the real pairs are not."""
     monkeypatch.setattr(main_job, 'real_pairs', lambda: [])
-    monkeypatch.setattr('idem_ros.benchmarks.real_pairs.real_pairs', lambda: [])
+    monkeypatch.setattr('benchmarks.real_pairs.real_pairs', lambda: [])
 
 
 def test_a_goal_is_reached_at_its_bound_and_missed_above_it_or_unmeasured():
@@ -25,7 +25,7 @@ def test_a_goal_is_reached_at_its_bound_and_missed_above_it_or_unmeasured():
 
 def test_the_main_job_is_measured_without_the_real_pairs(alone, tmp_path, capsys):
     out = tmp_path / 'main.json'
-    code = main(['bench', 'main', '--quick', '--json', str(out)])
+    code = main(['main', '--quick', '--json', str(out)])
     goals = json.loads(out.read_text())['goals']
     assert code == (0 if all(goal['reached'] for goal in goals) else 1)
     errors = [goal for goal in goals if goal['unit'] in ('deg', 'mm')]
@@ -36,7 +36,7 @@ def test_the_main_job_is_measured_without_the_real_pairs(alone, tmp_path, capsys
 
 def test_a_missed_figure_ends_with_exit_code_1(alone, monkeypatch, capsys):
     monkeypatch.setattr(main_job, 'measure', lambda *_: [Goal('x', 2.0, 1.0)])
-    assert main(['bench', 'main']) == 1
+    assert main(['main']) == 1
     assert 'MISSED' in capsys.readouterr().out
 
 

@@ -4,17 +4,10 @@ import numpy as np
 import pytest
 from clouds import surface
 
-from idem_ros.benchmarks.case import LEVELS, Case, errors, starts, succeeded
-from idem_ros.benchmarks.methods import (
-    PEERS,
-    PeersMissing,
-    Setting,
-    idem_solver,
-    peer_solvers,
-    settings,
-    small_gicp,
-)
+from benchmarks.case import LEVELS, Case, errors, starts, succeeded
+from benchmarks.methods import PEERS, Setting, idem_solver, peer_solvers, settings
 from idem_ros.core import RegistrationConfig
+from idem_ros.evaluation.peers import PeersMissing, small_gicp
 
 
 def bunny_sized(rng, size, voxel_size=None):

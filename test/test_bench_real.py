@@ -6,8 +6,9 @@ import pytest
 from clouds import motion
 from scipy.spatial import cKDTree
 
-from idem_ros.benchmarks.new_scans import ScanSet, scan_sets
-from idem_ros.benchmarks.real import (
+from benchmarks.conditions import condition
+from benchmarks.new_scans import ScanSet, scan_sets
+from benchmarks.real import (
     Figures,
     Key,
     best_of,
@@ -17,7 +18,6 @@ from idem_ros.benchmarks.real import (
     real_markdown,
     real_record,
 )
-from idem_ros.benchmarks.surfaces import condition
 from idem_ros.core import RegistrationConfig, se3
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from idem_ros.benchmarks.real_pairs import real_case, real_pairs
+from benchmarks.real_pairs import real_case, real_pairs
 from idem_ros.core import se3
 
 
@@ -29,5 +29,5 @@ def test_only_an_exact_truth_has_no_uncertainty(shared_data):
 
 
 def test_without_the_folder_there_are_no_pairs(monkeypatch, tmp_path):
-    monkeypatch.setattr('idem_ros.benchmarks.real_pairs.SHARED', tmp_path)
+    monkeypatch.setattr('benchmarks.real_pairs.SHARED', tmp_path)
     assert real_pairs() == []

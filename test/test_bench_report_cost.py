@@ -3,9 +3,9 @@ import json
 import pytest
 from replayed import write_replayed
 
-from idem_ros.benchmarks.goal import Goal
-from idem_ros.benchmarks.report_cost import measure, repeated
-from idem_ros.commands.main import main
+from benchmarks.commands.main import main
+from benchmarks.goal import Goal
+from benchmarks.report_cost import measure, repeated
 from idem_ros.evaluation import report_plots
 
 
@@ -35,8 +35,8 @@ def test_a_missed_figure_ends_with_exit_code_1(monkeypatch, tmp_path, capsys, se
         asked.append((bag.name, frames))
         return [Goal('report', seconds, 30.0, 's')]
 
-    monkeypatch.setattr('idem_ros.benchmarks.report_cost.measure', measured)
+    monkeypatch.setattr('benchmarks.report_cost.measure', measured)
     out = tmp_path / 'report.json'
-    assert main(['bench', 'report', '--quick', '--json', str(out)]) == code
+    assert main(['report', '--quick', '--json', str(out)]) == code
     assert asked == [('demo.mcap', 100)]
     assert json.loads(out.read_text())['goals'][0]['measured'] == seconds

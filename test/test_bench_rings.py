@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from clouds import motion
 
-from idem_ros.benchmarks.real_pairs import real_pairs
-from idem_ros.benchmarks.rings import Ring, closing, rings_table
-from idem_ros.commands.main import main
+from benchmarks.commands.main import main
+from benchmarks.real_pairs import real_pairs
+from benchmarks.rings import Ring, closing, rings_table
 
 
 def test_registrations_around_a_ring_close(rng):
@@ -33,7 +33,7 @@ def test_the_rings_of_the_bunny_are_measured(tmp_path, capsys):
     if not any(name.startswith('bunny') for name, _ in real_pairs()):
         pytest.skip("the bunny's scans are not here")
     file = tmp_path / 'rings.json'
-    assert main(['bench', 'rings', '--quick', '--json', str(file)]) == 0
+    assert main(['rings', '--quick', '--json', str(file)]) == 0
     rings = json.loads(file.read_text())['rings']
     assert [ring['name'].split()[1] for ring in rings] == ['000-045-315', '000-045-090']
     assert all(0.0 < degrees < 0.5 for ring in rings for degrees, _ in [ring['gaps']['IDEM']])

@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 from clouds import surface
 
-from idem_ros.benchmarks import speed_report
-from idem_ros.benchmarks.case import LEVELS, Case, errors, starts, succeeded
-from idem_ros.benchmarks.footprint import first_result, memory
-from idem_ros.benchmarks.methods import IDEM, PEERS
-from idem_ros.benchmarks.q_tot_time import q_tot_ms
-from idem_ros.benchmarks.raw_to_result import idem_from_raw, peer_from_raw, peer_settings
-from idem_ros.benchmarks.speed import as_given_ms, growth, measure_row
-from idem_ros.benchmarks.speed_cases import dense_street, speed_rows, staircase
-from idem_ros.benchmarks.speed_run import SpeedResult
-from idem_ros.benchmarks.time_to_accuracy import Tradeoff, judged
-from idem_ros.benchmarks.timing import interleaved_ms, median_and_p95
+from benchmarks import speed_report
+from benchmarks.case import LEVELS, Case, errors, starts, succeeded
+from benchmarks.footprint import first_result, memory
+from benchmarks.methods import IDEM, PEERS
+from benchmarks.q_tot_time import q_tot_ms
+from benchmarks.raw_to_result import idem_from_raw, peer_from_raw, peer_settings
+from benchmarks.speed import as_given_ms, growth, measure_row
+from benchmarks.speed_cases import dense_street, speed_rows, staircase
+from benchmarks.speed_run import SpeedResult
+from benchmarks.time_to_accuracy import Tradeoff, judged
+from benchmarks.timing import interleaved_ms, median_and_p95
 from idem_ros.core import RegistrationConfig, search_radius
 
 CONFIG = RegistrationConfig()

@@ -3,9 +3,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from idem_ros.benchmarks.bare_scenes import bare_case
-from idem_ros.benchmarks.surfaces import condition
-from idem_ros.benchmarks.trust.fit import (
+from benchmarks.bare_scenes import bare_case
+from benchmarks.conditions import condition
+from benchmarks.trust.fit import (
     best_threshold,
     calibration_error,
     fitted,
@@ -13,12 +13,12 @@ from idem_ros.benchmarks.trust.fit import (
     left_out,
     roc_area,
 )
-from idem_ros.benchmarks.trust.freedom import freedom
-from idem_ros.benchmarks.trust.measure import verdict_goals
-from idem_ros.benchmarks.trust.poses import PEER_SCORES, Judged, judged_poses
-from idem_ros.benchmarks.trust.scenes import simulated
-from idem_ros.benchmarks.trust.spread import Spread, spread, worst_coverage
-from idem_ros.benchmarks.trust.ways import Way, ways
+from benchmarks.trust.freedom import freedom
+from benchmarks.trust.measure import verdict_goals
+from benchmarks.trust.poses import PEER_SCORES, Judged, judged_poses
+from benchmarks.trust.scenes import simulated
+from benchmarks.trust.spread import Spread, spread, worst_coverage
+from benchmarks.trust.ways import Way, ways
 from idem_ros.core.basin import LAST
 from idem_ros.core.verdict_model import probability
 

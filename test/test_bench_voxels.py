@@ -1,8 +1,8 @@
 import numpy as np
 
-from idem_ros.benchmarks.case import Case
-from idem_ros.benchmarks.voxel_sets import VoxelSet
-from idem_ros.benchmarks.voxels import OfSize, SetResult, measure_voxels, voxels_table
+from benchmarks.case import Case
+from benchmarks.voxel_sets import VoxelSet
+from benchmarks.voxels import OfSize, SetResult, measure_voxels, voxels_table
 from idem_ros.core import RegistrationConfig
 
 

@@ -184,7 +184,7 @@ def test_the_same_recording_in_two_places_is_one_result(folder, capsys):
 
 
 def test_as_a_program_it_evaluates_too(folder):
-    argv = [sys.executable, '-m', 'idem_ros.commands.main', 'evaluate', 'drives', '--jobs', '2']
+    argv = [sys.executable, '-m', 'idem_ros.commands.entry', 'evaluate', 'drives', '--jobs', '2']
     ended = subprocess.run(argv, capture_output=True, text=True, timeout=300, check=False)
     assert ended.returncode == 0, ended.stderr
     assert '3 of 3 recordings evaluated' in ended.stdout

@@ -9,10 +9,10 @@ import pytest
 from live import own_environment, rclpy, wait_for_line  # noqa: F401  (the node needs it)
 
 # isort: split
+from benchmarks.soak.children import clean_shared_memory, started
 from idem_ros.node import dead_ports
 from idem_ros.node.child import node_command
 from idem_ros.node.dead_ports import FIRST_PORT, PORTS, no_dead_ports
-from idem_ros.node.soak.children import clean_shared_memory, started
 
 
 @pytest.fixture

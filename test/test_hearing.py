@@ -9,11 +9,11 @@ from live import own_environment, rclpy, wait_for_line  # noqa: F401  (the node 
 # isort: split
 from rclpy.node import Node
 
+from benchmarks.soak.children import started
 from idem_ros.node import dead_ports, hearing
 from idem_ros.node.child import node_command
 from idem_ros.node.hearing import Hearing, PortLost
 from idem_ros.node.own_ports import OwnPorts
-from idem_ros.node.soak.children import started
 
 
 class Lines(list):

@@ -50,7 +50,7 @@ def test_a_wrong_command_line_is_one_line_and_code_2(capsys, argv):
     assert error.count('\n') == 1
 
 
-@pytest.mark.parametrize('argv', [[], ['bench'], ['experiments']])
+@pytest.mark.parametrize('argv', [[], ['experiments']])
 def test_who_names_no_command_is_shown_the_help_on_stderr_and_code_2(capsys, argv):
     assert main(argv) == 2
     out, shown = capsys.readouterr()
@@ -58,6 +58,23 @@ def test_who_names_no_command_is_shown_the_help_on_stderr_and_code_2(capsys, arg
     with pytest.raises(SystemExit):
         main([*argv, '--help'])
     assert shown == capsys.readouterr().out
+
+
+def test_who_still_calls_bench_is_told_in_one_line_what_replaced_it(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['bench', 'accuracy', '--quick'])
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert '`python -m benchmarks`' in error
+    assert error.count('\n') == 1
+
+
+def test_help_waits_for_no_heavy_library():
+    code = 'import sys, idem_ros.commands.main; print(*sys.modules)'
+    done = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert not {'rclpy', 'numba', 'rosbags', 'pandas'} & set(done.stdout.split())
 
 
 @pytest.mark.parametrize('command', COMMANDS)

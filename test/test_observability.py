@@ -4,8 +4,8 @@ import pytest
 from clouds import surface
 from costs import joint_entropy
 
-from idem_ros.benchmarks.bare_scenes import BARE_SCENES, BOX_AT, bare_case
-from idem_ros.benchmarks.case import displaced
+from benchmarks.bare_scenes import BARE_SCENES, BOX_AT, bare_case
+from benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, register, se3
 from idem_ros.core.balls import between_origins
 from idem_ros.core.observability import _normal, observability_of, unit_motions

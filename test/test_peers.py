@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 from clouds import error_of, motion, surface
 
-from idem_ros.benchmarks.methods import PeersMissing
 from idem_ros.core import Cloud, RegistrationConfig, Status, register
 from idem_ros.core.se3 import inverse, transform_points
-from idem_ros.evaluation.peers import Peer
+from idem_ros.evaluation.peers import Peer, PeersMissing
 from idem_ros.evaluation.settings import METHODS
 
 PEERS = METHODS[1:]

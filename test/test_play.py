@@ -17,7 +17,7 @@ from idem_ros.commands.main import main
 from idem_ros.recording.writer import write_mcap
 from idem_ros.transform_message import stamp_ns
 
-PLAY = [sys.executable, '-m', 'idem_ros.commands.main', 'play']
+PLAY = [sys.executable, '-m', 'idem_ros.commands.entry', 'play']
 
 
 @pytest.fixture

@@ -3,12 +3,12 @@ import csv
 import numpy as np
 import pytest
 
-from idem_ros.experiments import six_dof
+from benchmarks.six_dof import pages as six_dof
+from benchmarks.six_dof.independent import independent_case
+from benchmarks.six_dof.runs import starts_within
 from idem_ros.experiments.experiment import Context
-from idem_ros.experiments.independent import independent_case
 from idem_ros.experiments.maps import count_in_common
 from idem_ros.experiments.models import paper_model
-from idem_ros.experiments.six_dof_runs import starts_within
 
 
 @pytest.fixture(scope='module')

@@ -11,21 +11,21 @@ from live import LONG, own_environment, rclpy  # noqa: F401  (the soak is of the
 # isort: split
 import psutil
 
-from idem_ros.benchmarks.goal import Goal
+from benchmarks.goal import Goal
+from benchmarks.soak import __main__ as soak
+from benchmarks.soak import parts
+from benchmarks.soak.children import PLAYER, SoakFailed, played_by, started
+from benchmarks.soak.footprint import Footprint, Sample
+from benchmarks.soak.player import Played
+from benchmarks.soak.stream import street_stream
 from idem_ros.node.loopback import loopback_environment
-from idem_ros.node.soak import __main__ as soak
-from idem_ros.node.soak import parts
-from idem_ros.node.soak.children import PLAYER, SoakFailed, played_by, started
-from idem_ros.node.soak.footprint import Footprint, Sample
-from idem_ros.node.soak.player import Played
-from idem_ros.node.soak.stream import street_stream
 from idem_ros.pointcloud2 import read_points
 from idem_ros.recording.messages import CLOUD, typestore
 from idem_ros.transform_message import stamp_ns
 
 
 def test_quick_soak_reaches_its_figures_and_leaves_no_process():
-    command = [sys.executable, '-m', 'idem_ros.node.soak', '--quick']
+    command = [sys.executable, '-m', 'benchmarks.soak', '--quick']
     environment = {**own_environment(), 'IDEM_SOAK_TEST': str(os.getpid())}
     run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONG)
     assert run.returncode == 0, run.stdout + run.stderr

@@ -48,8 +48,8 @@ def run(args):
 
 
 def _text(a, b, comparison):
-    from idem_ros.benchmarks.markdown import number, table
     from idem_ros.evaluation.comparison import MEASURES
+    from idem_ros.markdown import number, table
 
     lines = [
         printable(f'A: {a.path}, of {a.bag}'),

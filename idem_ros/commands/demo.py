@@ -5,8 +5,8 @@ import statistics
 import time
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.rclpy_needed import require_rclpy
 from idem_ros.core.exceptions import IdemError
+from idem_ros.node.rclpy_needed import require_rclpy
 
 BAG = 'bags/demo.mcap'
 PATIENCE = 2.0  # [s]

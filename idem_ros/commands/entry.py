@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 
 INTERRUPTED = 130
 
@@ -18,8 +19,18 @@ if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
 
 def main():
     """Run `idem` with the arguments of the process, and end with its exit code."""
+
+    def idem():
+        from idem_ros.commands.main import main as run
+
+        return run()
+
+    return ended_in_order(idem)
+
+
+def ended_in_order(run):
+    """Return the exit code of a command line, `run()`; after Ctrl-C end the process with it."""
     from idem_ros import interrupts
-    from idem_ros.commands.main import main as run
 
     try:
         interrupts.listen()
@@ -48,3 +59,7 @@ def _code(run, came):
 def _interrupted():
     os.write(2, b'idem: interrupted\n')
     return INTERRUPTED
+
+
+if __name__ == '__main__':
+    sys.exit(main())

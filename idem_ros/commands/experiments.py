@@ -25,18 +25,23 @@ def add_parser(subparsers):
         'earlier run made with the same settings is kept: an interrupted run goes on.',
     )
     running.add_argument('names', nargs='+', metavar='NAME', help='of the list, or all')
-    running.add_argument(
+    add_run_options(running)
+    running.set_defaults(run=_run)
+
+
+def add_run_options(parser):
+    """Add what each run of experiments takes, as `run_each` reads it."""
+    parser.add_argument(
         '--out', metavar='DIR', default=OUT, help='folder of the outputs (default: %(default)s)'
     )
-    running.add_argument('--seed', type=int, default=0, metavar='N', help='(default: 0)')
-    running.add_argument('--quick', action='store_true', help='coarse grids and few trials')
-    running.add_argument(
+    parser.add_argument('--seed', type=int, default=0, metavar='N', help='(default: 0)')
+    parser.add_argument('--quick', action='store_true', help='coarse grids and few trials')
+    parser.add_argument(
         '--model',
         metavar='FILE',
         help="mesh in place of the paper's, such as bun_zipper_res3.ply "
         "(default: a bunny-like surface of the project's own)",
     )
-    running.set_defaults(run=_run)
 
 
 def _list(args):
@@ -49,20 +54,23 @@ def _list(args):
 
 
 def _run(args):
-    from time import perf_counter
-
-    from idem_ros.experiments.catalogue import (
-        UnknownExperiment,
-        chosen_experiments,
-        run_or_keep,
-    )
+    from idem_ros.experiments.catalogue import UnknownExperiment, chosen_experiments
 
     try:
         chosen = chosen_experiments(args.names)
     except UnknownExperiment as error:
         raise UsageError(str(error)) from error
+    return run_each(chosen, args)
+
+
+def run_each(experiments, args):
+    """Run `Experiment`s, or keep what an earlier run of the same settings made; say which."""
+    from time import perf_counter
+
+    from idem_ros.experiments.catalogue import run_or_keep
+
     context = _context(args)
-    for experiment in chosen:
+    for experiment in experiments:
         start = perf_counter()
         paths, ran = run_or_keep(experiment, context)
         how = f'{perf_counter() - start:.0f} s' if ran else 'kept from an earlier run'

@@ -8,7 +8,6 @@ from contextlib import redirect_stdout
 
 from idem_ros.commands import (
     bag,
-    bench,
     compare,
     demo,
     docs,
@@ -40,11 +39,12 @@ COMMANDS = (
     truth,
     play,
     demo,
-    bench,
     simulate,
     experiments,
     docs,
 )
+
+LEFT = 'bench'  # the package: a command that somebody's script may still call
 
 
 class _Version(argparse.Action):
@@ -56,7 +56,9 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-class _Parser(argparse.ArgumentParser):
+class CommandLine(argparse.ArgumentParser):
+    """A parser that says in one line what is wrong, and shows what commands there are."""
+
     def error(self, message):
         """Say in one line what is wrong, where argparse prints the whole usage first."""
         self.exit(USAGE, f'{self.prog}: error: {message_line(message)} (see {self.prog} --help)\n')
@@ -73,11 +75,31 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
-    _let_any_name_be_printed()
     parser = _parser()
-    args = parser.parse_args(argv)
+    words = sys.argv[1:] if argv is None else argv
+    if words and words[0] == LEFT:
+        parser.error(
+            'the benchmarks are no part of the package: `python -m benchmarks` runs them '
+            'in a checkout'
+        )
+    return run(parser, words)
+
+
+def run(parser, words):
+    """Run what a command line asks for.
+
+    Args:
+        parser: `CommandLine`, whose commands set `run`, which takes the namespace and returns the
+            exit code.
+        words: the arguments.
+
+    Returns:
+        The exit code; what a user did ends in one line on stderr.
+    """
+    _let_any_name_be_printed()
+    args = parser.parse_args(words)
     _refuse_empty(parser, args)
-    _log_in_lines()
+    _log_in_lines(parser.prog)
     try:
         with redirect_stdout(ShownStream(sys.stdout)):
             code = args.run(args)
@@ -86,9 +108,9 @@ def main(argv=None):
     except SystemExit as ended:
         if ended.code != INTERRUPTED:
             raise
-        return _ended_by(KeyboardInterrupt())
+        return _ended_by(KeyboardInterrupt(), parser.prog)
     except (Exception, KeyboardInterrupt) as error:
-        code = _ended_by(error)
+        code = _ended_by(error, parser.prog)
         if code is None:
             raise
         return code
@@ -101,27 +123,27 @@ def _refuse_empty(parser, args):
             parser.error(f'{name.replace("_", "-")} is given as an empty text')
 
 
-def _ended_by(error):
+def _ended_by(error, prog):
     """Say in one line what ended a command, and return its exit code; None: a mistake of ours."""
     if isinstance(error, KeyboardInterrupt) or came():
-        print('idem: interrupted', file=sys.stderr)
+        print(f'{prog}: interrupted', file=sys.stderr)
         return INTERRUPTED
     if isinstance(error, BrokenPipeError):  # the reader of our output went away: `idem ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     if not isinstance(error, IdemError | OSError):  # a full disk, a file that vanished
         return None
-    print(f'idem: error: {message_line(error)}', file=sys.stderr)
+    print(f'{prog}: error: {message_line(error)}', file=sys.stderr)
     return USAGE if isinstance(error, UsageError) else FAILED
 
 
-def _log_in_lines():
+def _log_in_lines(prog):
     class Line(logging.Formatter):
         def format(self, record):
             return message_line(super().format(record))
 
     handler = logging.StreamHandler()
-    handler.setFormatter(Line('idem: %(message)s'))
+    handler.setFormatter(Line(f'{prog}: %(message)s'))
     logging.basicConfig(handlers=[handler])
 
 
@@ -133,15 +155,9 @@ def _let_any_name_be_printed():
 
 
 def _parser():
-    parser = _Parser(prog='idem', description='Fine registration of point clouds by entropy.')
+    parser = CommandLine(prog='idem', description='Fine registration of point clouds by entropy.')
     parser.add_argument('--version', action=_Version, nargs=0, help='print the version')
     subparsers = parser.add_subparsers(title='commands', metavar='COMMAND')
     for command in COMMANDS:
         command.add_parser(subparsers)
     return parser
-
-
-if __name__ == '__main__':
-    from idem_ros.commands import entry
-
-    sys.exit(entry.main())

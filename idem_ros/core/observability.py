@@ -43,8 +43,8 @@ from idem_ros.core.moments import (
 from idem_ros.core.symmetric3 import adjugate, determinant, thinnest_axis, trace
 
 # Of the mean square along the normals: planes, corridors, poles and spheres leave at most 0.0015
-# where they are free, the scenes of `idem bench accuracy` hold by 0.009 or more, and an exact
-# surface may hold by less and yet firmly.
+# where they are free, the scenes of `python -m benchmarks accuracy` hold by 0.009 or more, and
+# an exact surface may hold by less and yet firmly.
 LEAST_STRENGTH = 0.005
 CHANCE = 3.0  # standard errors
 NORMALS = 2.0  # variances of a normal

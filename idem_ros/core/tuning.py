@@ -1,6 +1,7 @@
 """The numbers that the solver was tuned by, each with its reason and where it was measured.
 
-`idem bench ablate` sets each to its neutral value in turn, on cases that none was chosen by.
+`python -m benchmarks ablate` sets each to its neutral value in turn, on cases that none was
+chosen by.
 """
 
 from collections.abc import Iterator

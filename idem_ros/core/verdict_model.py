@@ -1,6 +1,6 @@
 """How likely a pose is right, given how the clouds agree there: a logistic model of three numbers.
 
-`idem experiments run verdict` makes its training set, fits it again and compares.
+`python -m benchmarks verdict` makes its training set, fits it again and compares.
 """
 
 from collections.abc import Sequence

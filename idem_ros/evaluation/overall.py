@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from idem_ros.benchmarks.markdown import number, table
 from idem_ros.evaluation.result_file import COUNTS
+from idem_ros.markdown import number, table
 from idem_ros.printable import printable
 
 PERCENTILES = {

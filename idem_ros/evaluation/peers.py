@@ -4,8 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from idem_ros.benchmarks.methods import CRITERIA, NEIGHBOURS, small_gicp
-from idem_ros.core import RegistrationResult, Status, register
+from idem_ros.core import IdemError, RegistrationResult, Status, register
 from idem_ros.core.balls import between_origins, from_origins
 from idem_ros.core.entropy import length_unit
 from idem_ros.core.joint_cloud import differences
@@ -16,6 +15,14 @@ from idem_ros.refinement import Idem
 
 SPACINGS = 3.0  # max_distance by default, in spacings of the target
 LEAST_POINTS = 5  # a point and its four neighbours: what has no spacing cannot be registered
+NEIGHBOURS = 10  # for normals and covariances: small_gicp's own default
+# As tight as those of RegistrationConfig, lengths in spacings: the defaults of small_gicp
+# (0.1 deg, 1 mm, 20 steps) stop short of its own optimum.
+CRITERIA = {'max_iterations': 100, 'rotation_epsilon': 1e-5, 'translation_epsilon': 1e-4}
+
+
+class PeersMissing(IdemError):
+    """The methods to compare with are not installed."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +33,22 @@ class _Matched:
     unit: float
     distance: float
     arguments: tuple
+
+
+def small_gicp():
+    """Return the module small_gicp.
+
+    Raises:
+        PeersMissing: it is not installed.
+    """
+    try:
+        import small_gicp
+    except ImportError as error:
+        raise PeersMissing(
+            'small_gicp, which IDEM is compared with, is not installed; '
+            "it comes with the extra: pip install '.[bench]'"
+        ) from error
+    return small_gicp
 
 
 def method_of(settings):

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from idem_ros.benchmarks.markdown import number, table
 from idem_ros.evaluation.kitti_segments import LENGTHS, segment_errors
 from idem_ros.evaluation.trajectory import (
     STATISTICS,
@@ -15,6 +14,7 @@ from idem_ros.evaluation.trajectory import (
     statistics,
 )
 from idem_ros.files.trajectory_file import Trajectory
+from idem_ros.markdown import number, table
 
 DELTAS = ((1, 'f'), (1.0, 'm'))
 MEASURES = {

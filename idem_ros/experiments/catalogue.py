@@ -4,7 +4,7 @@ import json
 
 from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
-from idem_ros.experiments import six_dof, table1, table2, verdict
+from idem_ros.experiments import table1, table2
 from idem_ros.experiments.experiment import Experiment, settings_of
 from idem_ros.experiments.figures import FIGURES
 from idem_ros.structured_text import parse_json
@@ -14,13 +14,6 @@ EXPERIMENTS = (
     Experiment('table1', 'Sensitivity to Gaussian noise (table 1, figure 19)', table1.run),
     Experiment('table2', 'The error of every metric in 20 cases (table 2)', table2.run),
     *FIGURES,
-    Experiment('six_dof', 'Beyond the paper: table 2 in six degrees of freedom', six_dof.run),
-    Experiment(
-        'six_dof_independent',
-        'Beyond the paper: the same of two independent samplings',
-        six_dof.run_independent,
-    ),
-    Experiment('verdict', 'The models that judge results, trained again', verdict.run),
 )
 
 

@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-from idem_ros.benchmarks.markdown import table
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import canvas, draw_map, legend_of_marks, title_of
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
@@ -14,6 +13,7 @@ from idem_ros.experiments.maps import (
     rmse_maps,
     symmetric_range,
 )
+from idem_ros.markdown import table
 
 XY, TURNS = ('x', 'y'), ('rx', 'ry')
 

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.benchmarks.markdown import table
 from idem_ros.core.displacement import q_on_grid
 from idem_ros.core.region_of_interest import (
     AxialRegion,
@@ -25,6 +24,7 @@ from idem_ros.experiments.drawing import (
 )
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.experiments.maps import landscape_of, q_map, symmetric_range
+from idem_ros.markdown import table
 
 SHIFTS, TURNS = ('x', 'y', 'z'), ('rx', 'ry', 'rz')
 HEADER = ('panel', *SHIFTS, *TURNS, 'q_tot', 'inside_roi')

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from idem_ros.benchmarks.surfaces import BUNNY, SIZE, remeshed_points
 from idem_ros.core import fourth_neighbor_distance
 from idem_ros.core.exceptions import IdemError
 from idem_ros.files.cloud_file import read_cloud
+from idem_ros.simulation.body import BUNNY, SIZE, remeshed_points
 
 POINTS = 1597  # of the paper's B_0
 R_4TH = 3.13  # [mm], of the paper's B_0
@@ -46,7 +46,7 @@ def paper_model(path=None, seed=0):
 
     Args:
         path: a mesh or cloud, bun_zipper_res3.ply for the paper's object; None: a closed,
-            bunny-like surface by one formula (`idem_ros.benchmarks.surfaces`).
+            bunny-like surface by one formula (`idem_ros.simulation.body`).
         seed: of the choice, and of the surface's sampling.
 
     Raises:

@@ -1,0 +1,150 @@
+"""What each tuned number is worth: all is run again with its neutral value, on unseen cases."""
+
+from collections import defaultdict
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import starmap
+from multiprocessing import get_context
+from time import thread_time
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.case import displaced, errors
+from benchmarks.unseen import STARTS, Unseen
+from idem_ros.core import RegistrationConfig, register, warm_up
+from idem_ros.core.assessment import Verdict
+from idem_ros.core.tuning import SolverTuning, TrustTuning, tuned_numbers
+
+AS_TUNED = ''
+
+
+class Number(NamedTuple):
+    """A tuned number, and what it is set to where it is left out."""
+
+    name: str
+    value: float
+    reason: str
+    neutral: float
+    of: str  # the argument of `register` that holds it
+
+
+class Run(NamedTuple):
+    """One registration."""
+
+    rotation: float  # [deg]
+    translation: float  # of the source's centroid, in spacings
+    right: bool
+    ms: float  # of the CPU, raw points to verdict
+    aligned: bool
+    # squared error over its covariance and the six dimensions; None: the truth is not exact
+    surprise: float | None
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The runs of a group at a level with a number, and without it, in the same order."""
+
+    number: str
+    group: str
+    level: str
+    tuned: tuple
+    neutral: tuple
+
+
+def numbers(names=()):
+    """Return every tuned `Number`, or those of these names."""
+    found = [
+        Number(*each, of)
+        for of, tuning in (('tuning', SolverTuning()), ('trust', TrustTuning()))
+        for each in tuned_numbers(tuning)
+    ]
+    return [number for number in found if not names or number.name in names]
+
+
+def ablate(cases, chosen, jobs=1, progress=lambda steps, total: steps):
+    """Return the `Compared` of each number, group of cases and level of `STARTS`.
+
+    Args:
+        cases: `Unseen`s.
+        chosen: `Number`s.
+        jobs: processes that share the cases.
+        progress: wraps the iteration over the cases.
+    """
+    warm_up()  # once, so that the processes find the kernels in the cache
+    tasks = [(case, tuple(chosen)) for case in cases]
+    runs = defaultdict(list)
+    if jobs == 1:
+        outcomes = starmap(_measured, tasks)
+        _collect(runs, progress(outcomes, len(tasks)))
+    else:
+        with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+            _collect(runs, progress(pool.map(_measured, *zip(*tasks, strict=True)), len(tasks)))
+    return [
+        Compared(number, group, level, tuple(runs[AS_TUNED, group, level]), tuple(of))
+        for (number, group, level), of in runs.items()
+        if number != AS_TUNED
+    ]
+
+
+def compared_record(compared):
+    """Return all runs as what JSON holds."""
+    return {
+        'compared': [
+            {
+                **{name: getattr(each, name) for name in ('number', 'group', 'level')},
+                'tuned': [run._asdict() for run in each.tuned],
+                'neutral': [run._asdict() for run in each.neutral],
+            }
+            for each in compared
+        ]
+    }
+
+
+def _collect(runs, outcomes):
+    for outcome in outcomes:
+        for key, run in outcome:
+            runs[key].append(run)
+
+
+def _measured(unseen: Unseen, chosen):
+    """Return [((number, group, level), `Run`), ...] of a case, as tuned and without each."""
+    case = unseen.build()
+    config = RegistrationConfig(voxel_size=case.voxel_size)
+    tunings = {AS_TUNED: {}}
+    for number in chosen:
+        whole = SolverTuning() if number.of == 'tuning' else TrustTuning()
+        tunings[number.name] = {number.of: replace(whole, **{number.name: number.neutral})}
+    found = []
+    register(case.target, case.source, case.truth, config)  # so that none bears the first's costs
+    for level, (degrees, multiple) in STARTS.items():
+        rng = np.random.default_rng(crc32(f'{case.name} {level}'.encode()))
+        guess = displaced(case.truth, case.centroid, degrees, multiple * case.spacing, rng)
+        for name, tuning in tunings.items():
+            begin = thread_time()
+            result = register(case.target, case.source, guess, config, **tuning)
+            ms = 1e3 * (thread_time() - begin)
+            found.append(((name, unseen.group, level), _run(unseen, case, result, ms)))
+    return found
+
+
+def _run(unseen, case, result, ms):
+    off = errors(case, result.T_target_source)
+    return Run(
+        off[0],
+        off[1] / case.spacing,
+        right=unseen.is_right(case, *off),
+        ms=ms,
+        aligned=result.assessment.verdict is Verdict.ALIGNED,
+        surprise=_surprise(result, case.truth) if unseen.is_exact else None,
+    )
+
+
+def _surprise(result, truth):
+    """Return the squared error over its covariance and its six dimensions."""
+    T = result.T_target_source
+    turn = Rotation.from_matrix(truth[:3, :3] @ T[:3, :3].T).as_rotvec()
+    off = np.concatenate([truth[:3, 3] - T[:3, 3], turn])
+    return float(off @ np.linalg.solve(result.assessment.covariance, off)) / len(off)

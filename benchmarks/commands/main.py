@@ -1,0 +1,218 @@
+"""`python -m benchmarks`: accuracy and time, side by side with the methods of small_gicp."""
+
+import os
+import sys
+from dataclasses import replace
+
+from benchmarks.commands import beyond, unseen, voxels
+from benchmarks.commands.outputs import (
+    QUICK,
+    add_jobs,
+    add_output_options,
+    check_jobs,
+    check_outputs,
+    progress,
+    write,
+)
+from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.main import CommandLine, run
+from idem_ros.commands.options import add_config_options, config_from
+
+OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
+
+RINGS = """\
+Three registrations around a ring of scans should close, and those of one pair at two voxel sizes
+agree; by how much they do not is what the scans themselves leave open, whatever their truth.
+From the truth; each peer at the setting that closes best."""
+
+
+def main(argv=None):
+    """Run a benchmark by the given arguments (None: the process's); return its exit code."""
+    return run(_parser(), sys.argv[1:] if argv is None else argv)
+
+
+def _parser():
+    parser = CommandLine(
+        prog='python -m benchmarks',
+        description='Measure IDEM beside the methods of small_gicp (the extra "bench").',
+    )
+    kinds = parser.add_subparsers(title='benchmarks', metavar='BENCHMARK')
+    _add_accuracy(kinds)
+    speed = kinds.add_parser(
+        'speed',
+        help='time, memory, and time to accuracy',
+        description='Measure from raw points to result with one thread and two, the time to the '
+        "best peer's accuracy, q_tot alone, peak memory and the first result of a process. A "
+        'quarter of an hour on a machine that does nothing else.',
+    )
+    add_output_options(speed)
+    add_config_options(speed, without=OWN)
+    speed.set_defaults(run=_speed)
+    rings = kinds.add_parser(
+        'rings', help="how far registrations around rings of the bunny's scans fail to close"
+    )
+    add_output_options(rings)
+    add_config_options(rings, without=OWN)
+    rings.set_defaults(run=_rings)
+    unseen.add_parsers(kinds, OWN)
+    voxels.add_parser(kinds, OWN)
+    for name, measured, what in (
+        ('main', _main, "the main job's figures"),
+        ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),
+        ('trust', _trust, 'how far verdict, covariance and free motions hold'),
+    ):
+        goals = kinds.add_parser(name, help=f'{what}; exit code 1 if one is missed')
+        add_output_options(goals)
+        add_config_options(goals, without=OWN)
+        goals.set_defaults(run=measured)
+    report = kinds.add_parser(
+        'report', help='time and size of a report of 1000 frames; exit code 1 if one is missed'
+    )
+    add_output_options(report)
+    report.set_defaults(run=_report)
+    beyond.add_parsers(kinds)
+    return parser
+
+
+def _add_accuracy(kinds):
+    accuracy = kinds.add_parser(
+        'accuracy',
+        help='errors and success from many starts',
+        description='Register simulated scenes, samplings of a surface and, where they lie beside '
+        'the checkout, real scans with IDEM and every method of small_gicp, each at its best '
+        'setting, from starts 1 to 8 spacings and 2 to 15 degrees off. An hour on two cores.',
+    )
+    accuracy.add_argument('--rows', metavar='PATTERN', help='only rows whose name holds this')
+    add_jobs(accuracy)
+    accuracy.add_argument(
+        '--peers',
+        metavar='FILE',
+        help='run IDEM alone; take the other methods from the --json of an earlier run',
+    )
+    add_output_options(accuracy)
+    add_config_options(accuracy, without=OWN)
+    accuracy.set_defaults(run=_accuracy)
+
+
+def _accuracy(args):
+    from benchmarks import accuracy_report
+    from benchmarks.accuracy import measure_rows
+    from benchmarks.earlier import with_peers_of
+    from benchmarks.rows import accuracy_rows
+    from idem_ros.evaluation.peers import small_gicp
+
+    config = _config(args)
+    check_jobs(args)
+    if not args.peers:
+        small_gicp()
+    rows = accuracy_rows(args.rows, args.quick)
+    if not rows:
+        names = ', '.join(row.name for row in accuracy_rows())
+        raise UsageError(f'--rows is {args.rows!r}, which no row bears; there are {names}')
+    tried = () if args.peers else _tried(args)
+    results = measure_rows(rows, tried, config, args.jobs, progress)
+    if args.peers:
+        results = with_peers_of(results, args.peers)
+    text = accuracy_report.markdown(results)
+    text += QUICK.format('few cases and few settings of the peers') * args.quick
+    write(args, accuracy_report.json_record(results), text)
+    print(accuracy_report.summary(results) if args.markdown else text)
+    return OK
+
+
+def _tried(args):
+    """Return the peers' settings."""
+    from benchmarks.methods import settings
+
+    return settings((3.0, 10.0), (1.5, 3.0)) if args.quick else settings()
+
+
+def _rings(args):
+    from dataclasses import asdict
+
+    from benchmarks.methods import small_gicp
+    from benchmarks.real_pairs import SHARED
+    from benchmarks.rings import measure_rings, rings_table
+
+    config = _config(args)
+    small_gicp()
+    rings = measure_rings(config, [*_tried(args)], args.quick, progress)
+    if not rings:
+        raise UsageError(f"neither the bunny's scans nor small_gicp's are in {SHARED}")
+    text = f'## Rings\n\n{RINGS}\n\n{rings_table(rings)}'
+    write(args, {'rings': [asdict(ring) for ring in rings]}, text)
+    print(text)
+    return OK
+
+
+def _speed(args):
+    from benchmarks import speed_report
+    from benchmarks.goal import goals_table
+    from benchmarks.methods import small_gicp
+    from benchmarks.speed_run import measure
+
+    config = _config(args)
+    small_gicp()
+    result = measure(config, args.quick, progress)
+    text = speed_report.markdown(result)
+    text += QUICK.format('one scene and few runs') * args.quick
+    write(args, speed_report.json_record(result), text)
+    print(goals_table(speed_report.goals(result)) if args.markdown else text)
+    return OK
+
+
+def _main(args):
+    from benchmarks.goal import goals_table
+    from benchmarks.main_job import measure
+    from benchmarks.real_pairs import SHARED, real_pairs
+
+    config = replace(_config(args), assessment='verdict')  # as the node has it
+    goals = measure(config, args.quick, progress)
+    text = '## Main job\n\n' + goals_table(goals)
+    if not real_pairs():
+        text += f'\nWithout the real pairs: {SHARED} is not there.\n'
+    write(args, {'goals': [goal.record() for goal in goals]}, text)
+    print(text)
+    return OK if all(goal.reached for goal in goals) else FAILED
+
+
+def _evaluation(args):
+    from benchmarks.evaluation import measure
+
+    return _told(args, 'Evaluation', measure(_config(args), args.quick, progress))
+
+
+def _trust(args):
+    from benchmarks.methods import small_gicp
+    from benchmarks.trust.measure import measure
+
+    config = _config(args)
+    small_gicp()
+    return _told(args, 'Trust', measure(config, args.quick, os.cpu_count(), progress))
+
+
+def _report(args):
+    from benchmarks.main_job import DEMO, DemoMissing
+    from benchmarks.report_cost import FRAMES, measure
+    from idem_ros.installed_file import installed_file
+
+    _config(args)
+    path = installed_file(DEMO)
+    if path is None:
+        raise DemoMissing(f'{DEMO} is not here; it lies in the checkout')
+    return _told(args, 'Report', measure(path, FRAMES // 10 if args.quick else FRAMES))
+
+
+def _told(args, title, goals):
+    from benchmarks.goal import goals_table
+
+    text = f'## {title}\n\n' + goals_table(goals)
+    write(args, {'goals': [goal.record() for goal in goals]}, text)
+    print(text)
+    return OK if all(goal.reached for goal in goals) else FAILED
+
+
+def _config(args):
+    """Return the configuration; refuse before the work what could not be written after it."""
+    check_outputs(args)
+    return replace(config_from(args), assessment='none')

@@ -1,0 +1,170 @@
+"""Run every trial of trust and hold what it shows against the figures to reach."""
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
+
+import numpy as np
+
+from benchmarks.bare_scenes import BARE_SCENES
+from benchmarks.case import LEVELS, starts
+from benchmarks.goal import Goal
+from benchmarks.timing import interleaved_ms
+from benchmarks.trust.fit import (
+    best_threshold,
+    calibration_error,
+    is_seen,
+    left_out,
+    roc_area,
+)
+from benchmarks.trust.freedom import freedom
+from benchmarks.trust.poses import PEER_SCORES, judged_poses
+from benchmarks.trust.scenes import real, simulated
+from benchmarks.trust.spread import spread, worst_coverage
+from benchmarks.trust.ways import ways
+from idem_ros.core import Cloud, register, warm_up
+from idem_ros.core.balls import between_origins
+from idem_ros.core.basin import gauge
+from idem_ros.core.blocks import ALONE
+from idem_ros.core.pair import prepare
+from idem_ros.core.stages import descend
+from idem_ros.core.tuning import SolverTuning, TrustTuning
+
+JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # cases of a kind
+QUICK = 12  # times fewer
+ROUNDS = 25
+WRONG, CALIBRATION, GAP, NEES = 2.0, 0.03, 5.0, 1.25  # [%], -, [points], times 6 or a sixth of it
+UNFOUND, DRIFT, UNFORETOLD = 1.0, 10.0, 0.05  # [%], [mm], 1 - area under the ROC curve
+COST, GAUGE_COST = 25.0, 15.0  # [%] of the refinement
+
+
+def measure(config, quick=False, jobs=1, progress=lambda steps, total=None: steps):
+    """Return the `Goal`s of trust.
+
+    Args:
+        config: `RegistrationConfig` of the timings; the trials take the defaults.
+        quick: a twelfth of the trials.
+        jobs: processes that share them.
+        progress: wraps the iteration over `total` trials.
+    """
+    warm_up()
+    count = {name: max(n // QUICK, 2) if quick else n for name, n in _COUNTS.items()}
+    cases = simulated(max(count.values()))
+    tasks = [partial(judged_poses, kind, b) for kind, b in _some(cases, count['judged'])]
+    tasks += [
+        partial(judged_poses, kind, b) for kind, builders in real().items() for b in builders
+    ]
+    tasks += [partial(spread, kind, build) for kind, build in _some(cases, count['spread'])]
+    tasks += [partial(ways, kind, build) for kind, build in _some(cases, count['ways'])]
+    tasks += [
+        partial(freedom, name, seed) for name in BARE_SCENES for seed in range(count['bare'])
+    ]
+    found = {judged_poses: [], spread: [], ways: [], freedom: []}
+    with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+        done = pool.map(_call, tasks)
+        for task, outcome in zip(tasks, progress(done, len(tasks)), strict=True):
+            found[task.func] += outcome if isinstance(outcome, list) else [outcome]
+    spreads = [each for each in found[spread] if each is not None]
+    return [
+        *verdict_goals(found[judged_poses]),
+        *_covariance_goals(spreads, len(found[spread])),
+        *_freedom_goals(found[freedom]),
+        *_basin_goals(found[ways]),
+        *_cost_goals(config, cases['street'][0]()),
+    ]
+
+
+_COUNTS = {'judged': JUDGED, 'spread': SPREAD, 'ways': WAYS, 'bare': BARE}
+
+
+def _some(cases, count):
+    return [(kind, build) for kind, builders in cases.items() for build in builders[:count]]
+
+
+def _call(task):
+    return task()
+
+
+def verdict_goals(poses):
+    """Return the `Goal`s of the verdict, each kind judged by a model that never saw it."""
+    unclear = sum(each.right is None for each in poses)
+    poses = [each for each in poses if each.right is not None]
+    kinds = [each.kind for each in poses]
+    right = np.array([each.right for each in poses])
+    seen = np.array([is_seen(each) for each in poses])
+    by_kind = {kind: iter(p) for kind, p in left_out(poses).items()}
+    p = np.array([next(by_kind[kind]) for kind in kinds])
+    wrong = 100 * float(np.mean(((p > 0.5) & seen) != right))
+    what = f'verdict: wrong, of {len(poses)} poses'
+    yield Goal(f'{what} ({unclear} more neither right nor wrong)', wrong, WRONG, '%')
+    for kind in dict.fromkeys(kinds):
+        of_kind = np.array([each == kind for each in kinds])
+        share = 100 * float(np.mean(((p > 0.5) & seen)[of_kind] != right[of_kind]))
+        yield Goal(f'verdict: wrong, of {of_kind.sum()} in {kind}', share, WRONG, '%')
+    said = f'verdict: expected calibration error, of {seen.sum()}'
+    yield Goal(said, calibration_error(p[seen], right[seen]), CALIBRATION)
+    for number, name in enumerate(PEER_SCORES):
+        score = np.array([each.peers[number] for each in poses])
+        of_peer = _wrong_by_threshold(score, right, kinds)
+        yield Goal(f'verdict: wrong, over {name} ({of_peer:.1f} % wrong)', wrong / of_peer, 1.0)
+
+
+def _wrong_by_threshold(score, right, kinds):
+    """Return the share [%] that a score gets wrong, its threshold learnt on the other kinds."""
+    wrong = 0
+    for kind in dict.fromkeys(kinds):
+        here = np.array([each == kind for each in kinds])
+        threshold = best_threshold(score[~here], right[~here])
+        wrong += np.sum((score[here] > threshold) != right[here])
+    return 100 * float(wrong) / len(right)
+
+
+def _covariance_goals(spreads, tried):
+    kinds = dict.fromkeys(each.kind for each in spreads)
+    what = f'of {len(spreads)} registrations in {len(kinds)} kinds of scene'
+    if tried > len(spreads):
+        what += f' ({tried - len(spreads)} more failed)'
+    gap = worst_coverage(spreads)
+    yield Goal(f'covariance: worst gap to 68 / 95 / 99.7 %, {what}', gap, GAP, 'points')
+    ratio = float(np.mean([each.nees for each in spreads])) / 6
+    yield Goal('covariance: mean NEES over 6', ratio, NEES)
+    yield Goal('covariance: 6 over mean NEES', 1 / ratio, NEES)
+
+
+def _freedom_goals(trials):
+    unfound = 100 * float(np.mean([not each.found for each in trials]))
+    what = f'free motions: subspace not found, of {len(trials)} trials'
+    yield Goal(what, unfound, UNFOUND, '%')
+    drift = [1e3 * each.drift for each in trials if BARE_SCENES[each.scene][1]]
+    yield Goal('free motions: p90 of the drift along them', np.percentile(drift, 90), DRIFT, 'mm')
+
+
+def _basin_goals(solves):
+    success = [each.success for each in solves]
+    area = roc_area([each.confidence for each in solves], success)
+    what = f'basin: 1 - area under the ROC curve, {sum(success)} of {len(solves)} solves succeed'
+    yield Goal(what, 1 - area, UNFORETOLD)
+
+
+def _cost_goals(config, case):
+    """Time what a node does: the target kept, every source new."""
+    start = starts(case, LEVELS[0], 1)[0]
+    target, source = Cloud(case.target), Cloud(case.source)
+    configs = {
+        name: replace(config, voxel_size=case.voxel_size, assessment=name)
+        for name in ('verdict', 'none')
+    }
+    T_guess = between_origins(target, source, start)
+    numbers = SolverTuning(), TrustTuning()
+    descent = descend(prepare(target, source, configs['none'], *numbers, ALONE), T_guess)
+    calls = {
+        name: lambda _, c=c: register(target, Cloud(case.source), start, c)
+        for name, c in configs.items()
+    }
+    calls['gauge'] = lambda _: gauge(descent.first, descent.solution.transform, T_guess)
+    times = interleaved_ms(calls, ROUNDS)
+    told, bare, gauged = (float(np.median(times[name])) for name in calls)
+    what = f'verdict and covariance, of a refinement of {bare:.1f} ms'
+    yield Goal(what, 100 * (told - gauged - bare) / bare, COST, '%')
+    yield Goal('basin gauge, likewise', 100 * gauged / bare, GAUGE_COST, '%')

@@ -1,0 +1,88 @@
+"""Cases that no number of the solver was chosen on: new scans, other seeds, other bodies.
+
+The benchmarks of accuracy and of trust draw from seeds below 1 000 and from other real scans.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from benchmarks.case import succeeded
+from benchmarks.conditions import CONDITIONS, condition
+from benchmarks.lidar_cases import scan_to_map, scan_to_scan
+from benchmarks.new_scans import scan_sets
+from idem_ros.simulation.body import random_body
+
+FIRST_SEED = 1000
+SEEDS = 12  # cases of a group
+SCENES = {'street': (0.5, 0.25, 1.0), 'room': (0.1, 0.2), 'forest': (0.5,)}
+"""Scenes of the simulator and the voxel sizes they are registered at [m]; maps at the first."""
+STARTS = {
+    'near': (1.5, 1.0),
+    'far': (10.0, 4.0),
+    'farther': (15.0, 8.0),
+    'wild': (30.0, 15.0),
+    'wilder': (60.0, 30.0),
+}
+"""(degrees, multiple of the spacing) that guesses are off the truth."""
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """One case to be, of a group whose cases are pooled.
+
+    Attributes:
+        group: its name.
+        build: function without arguments that returns the `Case`, picklable.
+        right: (degrees, length) below which a result is right; None: `succeeded` tells.
+    """
+
+    group: str
+    build: object
+    right: tuple | None = None
+
+    @property
+    def is_exact(self):
+        """Whether the truth is: that of real scans is not."""
+        return self.right is None
+
+    def is_right(self, case, rotation_deg, translation_m):
+        """Whether errors of the case that was built are below the limits."""
+        if self.right is None:
+            return succeeded(case, rotation_deg, translation_m)
+        return rotation_deg < self.right[0] and translation_m < self.right[1]
+
+
+def unseen(quick=False):
+    """Return all `Unseen` cases; those of the real scans where they lie beside the checkout."""
+    found = [*_real(), *_simulated(), *_sampled()]
+    return found[::20] if quick else found
+
+
+def _real():
+    for scans in scan_sets():
+        for voxel in scans.voxel_sizes:
+            for _, build in scans.pairs[::2]:
+                yield Unseen(scans.name, partial(build, voxel), scans.right)
+
+
+def _simulated():
+    for kind, voxel_sizes in SCENES.items():
+        made = [('scan-scan', scan_to_scan, voxel) for voxel in voxel_sizes]
+        made.append(('scan-map', scan_to_map, voxel_sizes[0]))
+        for how, build, voxel in made:
+            for seed in range(FIRST_SEED, FIRST_SEED + SEEDS // 2):
+                name = f'unseen {kind} {how} {voxel} {seed}'
+                yield Unseen(kind, partial(build, name, kind, seed, voxel))
+
+
+def _sampled():
+    for name in CONDITIONS:
+        for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+            yield Unseen(name, partial(condition, name, seed))
+            yield Unseen(f'other bodies: {name}', partial(_of_other_body, name, seed))
+
+
+def _of_other_body(name, seed):
+    return condition(name, seed, random_body(np.random.default_rng(seed)))
