@@ -97,7 +97,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 docs: $(READY)
-	$(BIN)/idem docs
+	$(BIN)/python -m benchmarks docs
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks main --markdown docs/figures.md

@@ -3,9 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from idem_ros.commands.main import COMMANDS, main
+from benchmarks.commands.main import main
+from benchmarks.documentation import documents, with_blocks
+from idem_ros.commands.main import COMMANDS
 from idem_ros.core import IdemError
-from idem_ros.documentation import documents, with_blocks
 
 ROOT = Path(__file__).resolve().parent.parent
 README = ROOT / 'README.md'

@@ -60,12 +60,19 @@ def test_who_names_no_command_is_shown_the_help_on_stderr_and_code_2(capsys, arg
     assert shown == capsys.readouterr().out
 
 
-def test_who_still_calls_bench_is_told_in_one_line_what_replaced_it(capsys):
+@pytest.mark.parametrize(
+    ('argv', 'instead'),
+    [
+        (['bench', 'accuracy', '--quick'], 'python -m benchmarks'),
+        (['docs', '--check'], 'make docs'),
+    ],
+)
+def test_who_still_calls_a_command_that_left_is_told_in_one_line_where_to(capsys, argv, instead):
     with pytest.raises(SystemExit) as ended:
-        main(['bench', 'accuracy', '--quick'])
+        main(argv)
     assert ended.value.code == 2
     error = capsys.readouterr().err
-    assert '`python -m benchmarks`' in error
+    assert f'`{instead}`' in error
     assert error.count('\n') == 1
 
 

@@ -6,6 +6,7 @@ import sys
 from xml.etree import ElementTree
 
 import pytest
+from conftest import ROOT
 from live import LONG, own_environment, rclpy  # noqa: F401  (the soak is of the live side)
 
 # isort: split
@@ -27,7 +28,9 @@ from idem_ros.transform_message import stamp_ns
 def test_quick_soak_reaches_its_figures_and_leaves_no_process():
     command = [sys.executable, '-m', 'benchmarks.soak', '--quick']
     environment = {**own_environment(), 'IDEM_SOAK_TEST': str(os.getpid())}
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONG)
+    run = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONG
+    )
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'MISSED' not in run.stdout
     assert '13 of 13 figures reached' in run.stdout

@@ -4,7 +4,7 @@ import os
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, unseen, voxels
+from benchmarks.commands import beyond, docs, unseen, voxels
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -71,6 +71,7 @@ def _parser():
     add_output_options(report)
     report.set_defaults(run=_report)
     beyond.add_parsers(kinds)
+    docs.add_parser(kinds)
     return parser
 
 

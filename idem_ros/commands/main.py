@@ -10,7 +10,6 @@ from idem_ros.commands import (
     bag,
     compare,
     demo,
-    docs,
     evaluate,
     experiments,
     gate,
@@ -41,10 +40,10 @@ COMMANDS = (
     demo,
     simulate,
     experiments,
-    docs,
 )
 
-LEFT = 'bench'  # the package: a command that somebody's script may still call
+LEFT = {'bench': 'python -m benchmarks', 'docs': 'make docs'}
+"""Commands that are no part of the package any more, which a script may still call."""
 
 
 class _Version(argparse.Action):
@@ -77,11 +76,8 @@ def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
     parser = _parser()
     words = sys.argv[1:] if argv is None else argv
-    if words and words[0] == LEFT:
-        parser.error(
-            'the benchmarks are no part of the package: `python -m benchmarks` runs them '
-            'in a checkout'
-        )
+    if words and words[0] in LEFT:
+        parser.error(f'`idem {words[0]}` is `{LEFT[words[0]]}` now, in a checkout of the project')
     return run(parser, words)
 
 

@@ -1,4 +1,4 @@
-"""`idem docs`: write the parts of the documents that follow from the code, and the picture."""
+"""`make docs`: write the parts of the documents that follow from the code, and the picture."""
 
 from pathlib import Path
 
@@ -28,8 +28,8 @@ def add_parser(subparsers):
 
 def run(args):
     """Write or check the blocks of the documents."""
+    from benchmarks.documentation import documents
     from idem_ros.atomic_file import replacing
-    from idem_ros.documentation import documents
 
     readme = Path(args.readme)
     if not readme.is_file():
