@@ -1,3 +1,4 @@
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -5,6 +6,10 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 LIVE = {'live', 'node_bench', 'rclpy'}  # who imports of these talks over a ROS graph
+
+# A job in the background of a script is born deaf to Ctrl-C, and so are all that it starts.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 try:
     from hypothesis import settings
