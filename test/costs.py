@@ -1,9 +1,9 @@
 """Costs of two clouds at one radius, without the stages that choose it."""
 
+from idem_ros.core.ball_cost import BallCost
 from idem_ros.core.balls import Balls
 from idem_ros.core.cost import JointEntropy, NormalBalance
 from idem_ros.core.entropy import TWO_PI_E_CUBED
-from idem_ros.core.linearization import BallCost
 
 
 def ball_cost(radius, noise=0.005, tangential=False, apart=float('inf'), levelled=False):

@@ -6,9 +6,10 @@ import numpy as np
 
 from idem_ros.core import se3
 from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
+from idem_ros.core.ball_cost import BallCost
 from idem_ros.core.balls import Balls
 from idem_ros.core.blocks import BLOCK, in_threads
-from idem_ros.core.linearization import SUMS, BallCost, linearize, of_both
+from idem_ros.core.linearization import SUMS, linearize, of_both
 from idem_ros.core.newton import decrement, newton_step
 
 

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import MomentRows
+from idem_ros.core.ball_cost import BallCost
 from idem_ros.core.balls import Balls
 from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.cloud import Cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.cost import JointEntropy, NormalBalance
 from idem_ros.core.entropy import TWO_PI_E_CUBED, length_unit
-from idem_ros.core.linearization import BallCost
 from idem_ros.core.noise import widening
 from idem_ros.core.radii import last_radius, rounded, wide_radius, widest_useful
 from idem_ros.core.tuning import SolverTuning, TrustTuning
