@@ -28,7 +28,7 @@ AVERAGED = 10  # samples, one a second
 LATENCY_MS, OVERLOAD_LATENCY_MS = 100.0, 300.0
 FAST_RATE, FAST_LATENCY_MS = 20.0, 50.0
 GROWTH_PERCENT = 2.0
-RESTART_S = 1.0  # at once; see dead_ports and the announcements of the large-cloud profile
+RESTART_S = 1.0  # at once; see dead_ports, short_lease and the large-cloud profile
 COUNTS = ('received', 'answered', 'refused', 'dropped')
 PLAYER_SLACK = START_PATIENCE + 60.0  # [s] a player takes longer than it plays, at most
 

@@ -43,11 +43,13 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
 
     from idem_ros.core import IdemError
     from idem_ros.node.log_folder import logging_arguments
+    from idem_ros.node.short_lease import prefer_short_lease
 
     node = None
     try:
         _refuse_own_arguments(args)
         args = [*(sys.argv if args is None else args), *logging_arguments()]
+        prefer_short_lease()
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         while not is_asked_for():
             node = _node_class(is_managed)()
