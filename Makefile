@@ -41,7 +41,7 @@ help:
 	@echo 'make newest  run the tests with the newest release of everything, and say what that is'
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
 	@echo 'make lint    check style, the types of the core, and that imports run one way'
-	@echo 'make docs    write the tables and the picture of the README again'
+	@echo 'make docs    write the tables and the picture of the documents again'
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'

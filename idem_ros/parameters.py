@@ -1,6 +1,6 @@
 """What a field of a configuration says of itself: its name, default, unit and range.
 
-Configurations are frozen dataclasses; node, command line, `config/refine.yaml` and README all
+Configurations are frozen dataclasses; node, command line, `config/refine.yaml` and documents all
 derive their parameters from the fields by these functions, so that each is described once.
 """
 

@@ -1,4 +1,4 @@
-"""The node's topics and parameters in words: what it declares, and the README's table says."""
+"""The node's topics and parameters in words: what it declares, and the reference's tables say."""
 
 from dataclasses import Field, dataclass, fields, replace
 

@@ -33,7 +33,7 @@ from idem_ros.targets import PairingConfig
 
 
 class LiveRegistration:
-    """Refines the guess between target and source for a node; see the README for its topics.
+    """Refines the guess between target and source for a node; its topics are in `node.interface`.
 
     The callbacks only pair messages: clouds are converted and registered in a worker thread,
     which publishes what comes of it. A refused input becomes a diagnostic; the node lives on.
