@@ -118,3 +118,16 @@ def test_missing_rclpy_is_said_with_what_to_install(bag, command, monkeypatch, c
     assert f'idem {command} works on live ROS 2 topics and needs rclpy' in line
     assert 'ros-jazzy-rclpy[fastrtps]' in line
     assert rclpy is not None
+
+
+@pytest.mark.parametrize('name', ['idem_node', 'idem_lifecycle_node'])
+def test_a_node_without_rclpy_says_what_to_install(name):
+    main_of = {'idem_node': 'main', 'idem_lifecycle_node': 'main_managed'}[name]
+    code = (
+        "import sys; sys.modules['rclpy'] = None; from idem_ros.node import registration_node;"
+        f'sys.exit(registration_node.{main_of}())'
+    )
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert f'{name} works on live ROS 2 topics and needs rclpy' in line

@@ -39,7 +39,7 @@ def add_parser(subparsers):
 
 def run(args):
     """Refine the recording live, show every scan, judge the whole."""
-    require_rclpy('demo')
+    require_rclpy('idem demo')
     from idem_ros.node.live_run import refine_live
     from idem_ros.node.loopback import loopback_environment
     from idem_ros.recording.reader import open_recording

@@ -36,7 +36,7 @@ def add_parser(subparsers):
 
 def run(args):
     """Play the recording, say what was skipped."""
-    require_rclpy('play')
+    require_rclpy('idem play')
     from idem_ros.node.player import Player, playing_node
     from idem_ros.recording.part import MAX_CHUNK
     from idem_ros.recording.reader import open_recording

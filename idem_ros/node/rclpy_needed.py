@@ -7,8 +7,12 @@ class RclpyMissing(IdemError):
     """A command that works on live topics, where ROS 2 is not installed."""
 
 
-def require_rclpy(command):
-    """Raise `RclpyMissing` with what to install, unless rclpy and its messages can be imported."""
+def require_rclpy(program):
+    """Raise `RclpyMissing` with what to install, unless rclpy and its messages can be imported.
+
+    Args:
+        program: who asks, such as 'idem play'.
+    """
     try:
         import diagnostic_msgs.msg  # noqa: F401
         import rclpy  # noqa: F401
@@ -16,7 +20,7 @@ def require_rclpy(command):
         import sensor_msgs.msg  # noqa: F401
     except ImportError as error:
         raise RclpyMissing(
-            f'idem {command} works on live ROS 2 topics and needs rclpy ({error}): '
+            f'{program} works on live ROS 2 topics and needs rclpy ({error}): '
             'source an installed Jazzy (. /opt/ros/jazzy/setup.sh), or install '
             '"ros-jazzy-rclpy[fastrtps]" and ros-jazzy-common-interfaces with pip'
         ) from error

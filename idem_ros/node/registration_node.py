@@ -6,7 +6,9 @@ from contextlib import suppress
 from itertools import pairwise
 
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
+from idem_ros.node.rclpy_needed import RclpyMissing, require_rclpy
 
+FAILED = 1
 USAGE_ERROR = 2
 LONGEST_WAIT = 0.1  # [s] from a signal to the end of an idle node
 DESCRIPTION = (
@@ -24,9 +26,14 @@ def main(args: list[str] | None = None, is_managed: bool = False) -> int:
         is_managed: whether a lifecycle manager says when it refines, rather than from the start.
 
     Returns:
-        0, or 2 where an argument or a parameter cannot be used (one line on stderr says why).
+        0; 1 where there is no rclpy, 2 where an argument or a parameter cannot be used (one line
+        on stderr says why).
     """
     note_signals()
+    try:
+        require_rclpy('idem_lifecycle_node' if is_managed else 'idem_node')
+    except RclpyMissing as error:
+        return _said(error, FAILED)
     return leave(_run(args, is_managed))
 
 
@@ -60,7 +67,7 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
     except (IdemError, RuntimeError, NameValidationException) as error:
         if node is not None:
             raise
-        return _usage_error(error)
+        return _said(error, USAGE_ERROR)
     finally:
         rclpy.try_shutdown()
     return 0
@@ -117,10 +124,10 @@ def _refuse_own_arguments(args: list[str] | None) -> None:
     parser.parse_args(remove_ros_args(args)[1:])
 
 
-def _usage_error(error: Exception) -> int:
+def _said(error: Exception, code: int) -> int:
     reason = ' '.join(str(error).split()).split(', at /')[0]  # rcl appends its source lines
     print(f'idem_node: error: {reason}', file=sys.stderr)
-    return USAGE_ERROR
+    return code
 
 
 if __name__ == '__main__':
