@@ -50,6 +50,42 @@ def test_a_wrong_command_line_is_one_line_and_code_2(capsys, argv):
     assert error.count('\n') == 1
 
 
+@pytest.mark.parametrize(
+    ('argv', 'name', 'said'),
+    [
+        (
+            ['register', 'a', 'b', '--voxelsize', '0.5'],
+            'idem register',
+            '--voxelsize (did you mean --voxel-size? ',
+        ),
+        (
+            ['replay', 'a.mcap', '--sequenc=scan', '--tmu=x'],
+            'idem replay',
+            '--tmu (did you mean --tum? ',
+        ),
+        (['register', 'a', 'b', 'c'], 'idem register', 'unrecognized c ('),
+        (
+            ['experiments', 'run', 'table1', '--ouy', 'x'],
+            'idem experiments run',
+            '(did you mean --out? ',
+        ),
+        (['repaly', 'a.mcap'], 'idem', '(did you mean replay? '),
+        (['--versoin'], 'idem', '(did you mean --version? '),
+        (['register', 'a', 'b', '--xyz'], 'idem register', 'unrecognized --xyz ('),
+    ],
+)
+def test_who_misspells_is_told_what_is_meant_by_the_command_it_was_said_to(
+    capsys, argv, name, said
+):
+    with pytest.raises(SystemExit) as ended:
+        main(argv)
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f'{name}: error: ')
+    assert said in error
+    assert error.endswith(f'see {name} --help)\n')
+
+
 @pytest.mark.parametrize('argv', [[], ['experiments']])
 def test_who_names_no_command_is_shown_the_help_on_stderr_and_code_2(capsys, argv):
     assert main(argv) == 2

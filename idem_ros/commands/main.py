@@ -5,6 +5,7 @@ import logging
 import os
 import sys
 from contextlib import redirect_stdout
+from difflib import get_close_matches
 
 from idem_ros.commands import (
     bag,
@@ -58,9 +59,25 @@ class _Version(argparse.Action):
 class CommandLine(argparse.ArgumentParser):
     """A parser that says in one line what is wrong, and shows what commands there are."""
 
-    def error(self, message):
+    def error(self, message, meant=''):
         """Say in one line what is wrong, where argparse prints the whole usage first."""
-        self.exit(USAGE, f'{self.prog}: error: {message_line(message)} (see {self.prog} --help)\n')
+        hint = f'{meant}see {self.prog} --help'
+        self.exit(USAGE, f'{self.prog}: error: {message_line(message)} ({hint})\n')
+
+    def parse_known_args(self, args=None, namespace=None):
+        """Parse; what is left over is an error of this command, not of the one above it."""
+        namespace, left = super().parse_known_args(args, namespace)
+        if left:
+            option = next((word for word in left if word.startswith('-')), None)
+            name = option.partition('=')[0] if option else ' '.join(left)
+            self.error(f'unrecognized {name}', _meant(name, self._option_string_actions))
+        return namespace, left
+
+    def _check_value(self, action, value):
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            self.error(str(error), _meant(str(value), map(str, action.choices)))
 
     def add_subparsers(self, **options):
         """Add commands; who names none is shown what there are."""
@@ -70,6 +87,11 @@ class CommandLine(argparse.ArgumentParser):
     def _show_help(self, args):
         self.print_help(sys.stderr)
         return USAGE
+
+
+def _meant(word, names):
+    close = get_close_matches(word, names, n=1)
+    return f'did you mean {close[0]}? ' if close else ''
 
 
 def main(argv=None):
