@@ -92,6 +92,20 @@ def test_clouds_apart_are_separated(pair):
     assert said.covariance[0, 0] == 1e6
 
 
+@pytest.mark.parametrize('scale', [1.0, 1000.0])
+def test_clouds_apart_are_told_how_far_and_how_wide_they_are(rng, scale):
+    target = np.vstack([rng.uniform(-1.0, 1.0, (500, 3)), -np.ones(3), np.ones(3)])
+    source = scale * target + (0.0, 300.0 * scale, 0.0)
+    guess = np.eye(4)
+    guess[:3, 3] = 500.0, -300.0 * scale, 0.0
+    reason = register(target, source, guess, AUDIT).assessment.reason
+    assert 'their middles are 500 apart at the guess' in reason
+    if scale == 1.0:
+        assert reason.endswith('at the guess: is the guess right?')
+    else:
+        assert reason.endswith('the target is 2 wide, the source 2e+03: the same unit?')
+
+
 def test_a_wrong_valley_is_not_believed(rng, pair):
     target, source, truth = pair
     turned = displaced(truth, source.mean(axis=0), 170.0, 0.0, rng)

@@ -28,6 +28,7 @@ LEAST_PROBABILITY = 0.5
 LEAST_SHEETS = 1 / 3
 NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
 TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
+WIDER = 10.0  # times one cloud over the other, and their units are in doubt
 HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
 
 
@@ -83,6 +84,7 @@ class Agreement(NamedTuple):
 
 def assess(
     pair: Pair,
+    given: tuple[Cloud, Cloud],
     descent: Descent,
     T_guess: Transform,
     agreement: Agreement,
@@ -92,6 +94,7 @@ def assess(
 
     Args:
         pair: the `Pair` of clouds.
+        given: the two `Cloud`s as they were given.
         descent: the `Descent` through its stages.
         T_guess: (4, 4) that it started from, between the clouds' origins.
         agreement: the `Agreement` where it ended.
@@ -101,8 +104,7 @@ def assess(
     assert cost is not None, 'a pose is judged by its cost'
     balls, trust = cost.balls, pair.trust
     if agreement.overlap == 0.0:
-        reason = f'no point has a neighbour in the other cloud within {balls.radius:.3g}'
-        return Assessment(Verdict.SEPARATED, 0.0, reason)
+        return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
     pulls, stiffness = by_region(cost, T, observability)
     seen: _Seen = {
         'discord': _discord(agreement),
@@ -136,6 +138,22 @@ def too_little(target: Cloud, source: Cloud) -> Assessment:
 def out_of_time() -> Assessment:
     """Return the `Assessment` of a pose that there was no time to judge."""
     return Assessment(Verdict.NOT_CONVERGED, np.nan, 'the budget was spent before it was judged')
+
+
+def _separated(given: tuple[Cloud, Cloud], T_guess: Transform, radius: float) -> str:
+    """Return why no point meets the other cloud, and what to look at."""
+    bounds = np.array([cloud.bounds() for cloud in given])  # (2, 2, 3)
+    target, source = bounds.mean(axis=1)
+    gap = np.linalg.norm(T_guess[:3, :3] @ source + T_guess[:3, 3] - target)
+    reason = (
+        f'no point has a neighbour in the other cloud within {radius:.3g}; '
+        f'their middles are {gap:.3g} apart at the guess'
+    )
+    widths = np.ptp(bounds, axis=1).max(axis=1)
+    if widths.max() > WIDER * widths.min():
+        wide, other = widths
+        return f'{reason}; the target is {wide:.3g} wide, the source {other:.3g}: the same unit?'
+    return f'{reason}: is the guess right?'
 
 
 def _discord(agreement: Agreement) -> float:

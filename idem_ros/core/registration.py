@@ -128,7 +128,7 @@ def _judged(
     result = result_at(pair, descent, agreement, q_tot, observability)
     if pair.config.assessment == 'none':
         return result
-    said = assess(pair, descent, T_guess, agreement, observability)
+    said = assess(pair, given, descent, T_guess, agreement, observability)
     said = judged_in_scope(said, *given, cost.balls, agreement, T)
     if pair.config.assessment == 'swap':
         said = replace(said, swap_gap=_swap_gap(pair, T_guess, T, observability))
