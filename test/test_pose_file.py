@@ -69,6 +69,12 @@ def test_what_is_no_pose_is_refused_in_one_line_with_the_name(tmp_path, content)
     assert '\n' not in str(refused.value)
 
 
+def test_a_pose_without_a_time_is_told_where_to_put_one(tmp_path):
+    (tmp_path / 'pose.txt').write_text('1 2 3 0 0 0 1\n')
+    with pytest.raises(UnreadablePose, match='begins with a time: put 0 before it'):
+        read_pose(tmp_path / 'pose.txt')
+
+
 ROWS = ['0 -1 0 1.5', '1 0 0 2', '0 0 1 -3', '0 0 0 1']
 
 

@@ -83,6 +83,7 @@ def test_a_split_recording_without_metadata_is_read_in_log_order(tmp_path, rng):
         ('start.mcap', b'\x89MCAP0\r\n', 'none of its 8 bytes make a message'),
         ('start.bag', b'#ROSBAG V2.0\n', 'none of its 13 bytes make a message'),
         ('scan.zip', b'PK', 'suffix must be .mcap, .db3, .bag'),
+        ('0.bin', bytes(48), 'make one: idem bag TARGET SOURCE --out run.mcap'),
     ],
 )
 def test_what_is_no_recording_is_refused_in_one_line_with_its_name(
@@ -134,6 +135,14 @@ def test_a_missing_path_and_an_empty_folder_are_refused(tmp_path):
     with pytest.raises(UnreadableRecording, match='does not exist'):
         open_recording(tmp_path / 'nowhere').__enter__()
     with pytest.raises(UnreadableRecording, match='holds no recording'):
+        open_recording(tmp_path).__enter__()
+
+
+@pytest.mark.parametrize('name', ['0.PLY', 'velodyne/000000.bin'])
+def test_a_folder_of_clouds_is_told_how_to_become_a_recording(tmp_path, name):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_bytes(bytes(48))
+    with pytest.raises(UnreadableRecording, match='idem bag FOLDER --out run.mcap'):
         open_recording(tmp_path).__enter__()
 
 

@@ -93,4 +93,5 @@ def _matrix(rows):
         matrix = np.concatenate([np.ravel(row) for row in rows]).reshape(-1, 4)
         return matrix if len(matrix) == 4 else np.vstack([matrix, (0.0, 0.0, 0.0, 1.0)])
     shown = f'lines of {", ".join(map(str, lengths[:5]))} numbers' if lengths else 'no number'
-    raise UnreadablePose(f'it holds {shown}')
+    hint = '; a TUM line begins with a time: put 0 before it' if lengths == [7] else ''
+    raise UnreadablePose(f'it holds {shown}{hint}')

@@ -57,11 +57,15 @@ def contents_of(path):
         if not path.is_file():
             raise UnreadableRecording(f'{path} is no file; give a recording ({_suffixes()})')
         if not path.name.endswith(SUFFIXES):
-            raise UnreadableRecording(f'{path} is no recording: its suffix must be {_suffixes()}')
+            raise UnreadableRecording(
+                f'{path} is no recording: its suffix must be {_suffixes()}{_from_clouds(path)}'
+            )
         return Contents((path,))
     there = sorted(each for each in path.iterdir() if is_recording(each.name) and each.is_file())
     if not there:
-        raise UnreadableRecording(f'the folder {path} holds no recording ({_suffixes()})')
+        raise UnreadableRecording(
+            f'the folder {path} holds no recording ({_suffixes()}){_from_clouds(path)}'
+        )
     if not (path / METADATA).is_file():
         return Contents(_each_once(there))
     try:
@@ -81,6 +85,17 @@ def is_recording(name):
 
 def _suffixes():
     return ', '.join(KINDS)
+
+
+def _from_clouds(path):
+    """Return how a recording is made of what is a cloud, or a folder with clouds; else ''."""
+    from idem_ros.files.cloud_file import READERS  # late: only who errs waits for its readers
+
+    inside = [*path.glob('*'), *path.glob('velodyne/*')] if path.is_dir() else [path]
+    if not any(each.suffix.lower() in READERS for each in inside):
+        return ''
+    clouds = 'FOLDER' if path.is_dir() else 'TARGET SOURCE'
+    return f'; these are clouds, make one: idem bag {clouds} --out run.mcap'
 
 
 def bare_name(name):
