@@ -2,7 +2,6 @@
 
 import array
 import threading
-from types import SimpleNamespace
 
 import pytest
 from live import LONG
@@ -194,13 +193,12 @@ def test_guess_between_other_frames_is_refused_with_both_names(bench, clouds):
 def test_error_nobody_foresaw_is_reported_and_the_next_input_served(bench, clouds, monkeypatch):
     b = bench().start()
     refiner = b.node.registration.refining.refiner
-    monkeypatch.setattr(
-        b.node.registration.refining, 'refiner', SimpleNamespace(refine=lambda pair: 1 / 0)
-    )
+    refine = refiner.refine
+    monkeypatch.setattr(refiner, 'refine', lambda pair: 1 / 0)
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('refused'))
     assert 'ZeroDivisionError' in b.statuses('refused')[0].message
-    monkeypatch.setattr(b.node.registration.refining, 'refiner', refiner)
+    monkeypatch.setattr(refiner, 'refine', refine)
     send(b, clouds, FIRST + 100 * MS)
     b.transform_of(FIRST + 100 * MS)
 
@@ -236,20 +234,15 @@ def test_latched_target_is_always_asked_for_reliably(context):
 
 def test_older_inputs_are_dropped_and_counted_while_one_is_refined(bench, clouds, monkeypatch):
     b = bench().start()
-    started, proceed, refine = (
-        threading.Event(),
-        threading.Event(),
-        b.node.registration.refining.refiner.refine,
-    )
+    refiner = b.node.registration.refining.refiner
+    started, proceed, refine = threading.Event(), threading.Event(), refiner.refine
 
     def refine_later(pair):
         started.set()
         proceed.wait(LONG)
         return refine(pair)
 
-    monkeypatch.setattr(
-        b.node.registration.refining, 'refiner', SimpleNamespace(refine=refine_later)
-    )
+    monkeypatch.setattr(refiner, 'refine', refine_later)
     send(b, clouds, FIRST)
     b.until(started.is_set)
     for i in (1, 2, 3):
@@ -264,12 +257,9 @@ def test_older_inputs_are_dropped_and_counted_while_one_is_refined(bench, clouds
 
 def test_node_says_that_a_refinement_is_under_way(bench, clouds, monkeypatch):
     b = bench().start()
-    proceed = threading.Event()
-    monkeypatch.setattr(
-        b.node.registration.refining,
-        'refiner',
-        SimpleNamespace(refine=lambda pair: proceed.wait(LONG)),
-    )
+    refiner = b.node.registration.refining.refiner
+    proceed, refine = threading.Event(), refiner.refine
+    monkeypatch.setattr(refiner, 'refine', lambda pair: proceed.wait(LONG) and refine(pair))
     send(b, clouds, FIRST)
     b.until(lambda: b.statuses('busy'))
     proceed.set()

@@ -1,7 +1,6 @@
 """The managed node in this process: what it does in each state, and what not."""
 
 import threading
-from types import SimpleNamespace
 
 import pytest
 from live import LONG
@@ -89,8 +88,7 @@ def test_deactivation_publishes_what_is_under_way_and_counts_what_waits(
         assert proceed.wait(LONG)
         return refine(pair)
 
-    stand_in = SimpleNamespace(refine=refine_later, configure=lambda *configs: None)
-    monkeypatch.setattr(registration.refining, 'refiner', stand_in)
+    monkeypatch.setattr(registration.refining.refiner, 'refine', refine_later)
     send(b, clouds, FIRST)
     b.until(started.is_set)
     send(b, clouds, FIRST + 100 * MS, target=False)

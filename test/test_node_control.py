@@ -31,18 +31,14 @@ class Gate:
     """Holds each refinement back until it is let through."""
 
     def __init__(self, registration, monkeypatch):
-        self.refiner, self.begun, self.proceed = (
-            registration.refining.refiner,
-            [],
-            threading.Semaphore(0),
-        )
-        stand_in = SimpleNamespace(refine=self._refine, configure=self.refiner.configure)
-        monkeypatch.setattr(registration.refining, 'refiner', stand_in)
+        self.refine = registration.refining.refiner.refine
+        self.begun, self.proceed = [], threading.Semaphore(0)
+        monkeypatch.setattr(registration.refining.refiner, 'refine', self._refine)
 
     def _refine(self, pair):
         self.begun.append(pair.stamp)
         assert self.proceed.acquire(timeout=LONG)
-        return self.refiner.refine(pair)
+        return self.refine(pair)
 
 
 def stamps(bench):
