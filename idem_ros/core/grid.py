@@ -4,7 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Cell, Indices, Integer, Integers, Integers32, Point, Points
+from idem_ros.core.arrays import (
+    Cell,
+    Indices,
+    Integer,
+    Integers,
+    Integers32,
+    Point,
+    Points,
+    Triple,
+)
 from idem_ros.core.jit import kernel
 
 CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
@@ -122,7 +131,7 @@ def neighbours(
     iz = min(max(iz, -1), grid.extent[2])
     n = np.uint64(0)
     for k in range(rows_around((ix, iy, iz), grid, 0, rows)):
-        n = within(px, py, pz, grid.points, rows[k, 0], rows[k, 1], r2, found, n)
+        n = within((px, py, pz), grid.points, rows[k, 0], rows[k, 1], r2, found, n)
     return n
 
 
@@ -162,9 +171,7 @@ def rows_around(cell: Cell, grid: Grid, least: Integer, rows: Integers32) -> Int
 
 @kernel
 def within(
-    px: float,
-    py: float,
-    pz: float,
+    p: Triple,
     points: Points,
     begin: Integer,
     end: Integer,
@@ -173,6 +180,7 @@ def within(
     n: Integer,
 ) -> Integer:
     """Write the indices in [begin, end) of points within sqrt(r2) of p to found[n:]; count on."""
+    px, py, pz = p
     for j in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         found[n] = j  # kept only if it is counted: no branch to mispredict

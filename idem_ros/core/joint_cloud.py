@@ -117,7 +117,7 @@ def _moments(grid: Grid, is_source: Mask, r2: float) -> Floats:
             last, count = cell, rows_around(cell, grid, i, rows)
         n = np.uint64(0)
         for k in range(count):
-            n = within(x, y, z, points, max(rows[k, 0], i + 1), rows[k, 1], r2, found, n)
+            n = within((x, y, z), points, max(rows[k, 0], i + 1), rows[k, 1], r2, found, n)
         own = np.int64(is_source[i])
         moments[i, own, 0] += 1.0
         for c in range(n):
