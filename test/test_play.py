@@ -13,6 +13,7 @@ from rclpy.node import Node
 from recordings import scans
 from sensor_msgs.msg import PointCloud2
 
+from idem_ros.commands import play
 from idem_ros.commands.main import main
 from idem_ros.recording.writer import write_mcap
 from idem_ros.transform_message import stamp_ns
@@ -94,6 +95,26 @@ def test_ctrl_c_in_a_single_pass_is_an_interruption(start, sources, bag):
     _, errors = process.communicate(timeout=LONG)
     assert process.returncode == 130
     assert 'Traceback' not in errors
+
+
+def test_what_nobody_listens_to_is_said_with_how_to_remap_the_node(
+    bag, sources, monkeypatch, capsys
+):
+    monkeypatch.setattr(play, 'PATIENCE', 1.0)
+    sources.until(lambda stamps: True)
+    assert main(['play', bag, '--rate', '5']) == 0
+    errors = capsys.readouterr().err
+    assert 'nobody listened to /target, /initial_guess: start the node with --ros-args ' in errors
+    assert "-r '~/target:=/target' -r '~/initial_guess:=/initial_guess'" in errors
+
+
+def test_a_recording_that_nobody_listens_to_at_all_is_a_failure(bag, context, monkeypatch, capsys):
+    monkeypatch.setattr(play, 'PATIENCE', 0.2)
+    assert main(['play', bag, '--rate', '5']) == 1
+    output = capsys.readouterr()
+    assert '10 messages of 4 topics played' in output.out
+    assert 'nobody listened to /target, /source, /initial_guess: start the node' in output.err
+    assert "-r '~/source:=/source'" in output.err
 
 
 @pytest.mark.parametrize('rate', ['0', '-1', 'nan', 'inf', 'fast'])

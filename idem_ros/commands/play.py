@@ -2,9 +2,11 @@
 
 import sys
 from argparse import ArgumentTypeError
+from contextlib import suppress
 
-from idem_ros.commands.exit_codes import INTERRUPTED, OK
+from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK
 from idem_ros.commands.options import add_max_chunk
+from idem_ros.core.exceptions import IdemError
 from idem_ros.node.rclpy_needed import require_rclpy
 from idem_ros.printable import printable
 
@@ -18,7 +20,8 @@ def add_parser(subparsers):
         help='publish a recording on live ROS 2 topics (needs rclpy)',
         description='Publish every message of BAG on its topic, at the pace of the log times. '
         f'Waits up to {PATIENCE:.0f} s for a subscriber before it starts. All topics are '
-        'reliable; those that hold one message, or whose name ends in "target", are latched.',
+        'reliable; those that hold one message, or whose name ends in "target", are latched. '
+        'Exit code: 1 where nobody listened to any.',
     )
     parser.add_argument(
         'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
@@ -56,13 +59,36 @@ def run(args):
         except SystemExit as signalled:
             if not args.loop or signalled.code != INTERRUPTED:
                 raise
-            return OK  # Ctrl-C is how a loop ends
+            return _heard(player, recording)  # Ctrl-C is how a loop ends
         if not player.finish(PATIENCE):
             _say(f'a subscriber has not acknowledged everything after {PATIENCE:.0f} s')
         print(f'{recording.path}: {count} messages of {len(player.topics)} topics played')
+        code = _heard(player, recording)
     for warning in dict.fromkeys(recording.warnings):
         _say(warning)
-    return OK
+    return code
+
+
+def _heard(player, recording):
+    """Say what nobody listened to though a node would; return the exit code."""
+    unheard, names = player.unheard(), _inputs(recording)
+    is_heard = len(unheard) < len(player.topics)
+    missed = [name for name in names if name in unheard]
+    if missed := missed or ([] if is_heard else unheard):
+        remaps = [f"-r '~/{names[name]}:={name}'" for name in missed if name in names]
+        shown = ' '.join(remaps or ["-r '~/source:=TOPIC'"])
+        _say(f'nobody listened to {", ".join(missed)}: start the node with --ros-args {shown}')
+    return OK if is_heard else FAILED
+
+
+def _inputs(recording):
+    """Return {topic: input of the node} of a recording; none where it is open which they are."""
+    from idem_ros.recording.topics import find_topics
+
+    with suppress(IdemError):
+        found = find_topics(recording)
+        return {found.target: 'target', found.source: 'source', found.guess: 'initial_guess'}
+    return {}
 
 
 def _play_pass(player, recording, rate):

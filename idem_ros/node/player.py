@@ -59,6 +59,7 @@ class Player:
     ):
         self.skipped: dict[str, str] = {}
         self._publishers: dict[str, Publisher] = {}
+        self._heard: set[str] = set()
         self._clock = node.create_publisher(Clock, CLOCK, KEPT) if with_clock else None
         for name in recording.topics if topics is None else topics:
             try:
@@ -79,6 +80,12 @@ class Player:
     def is_heard(self) -> bool:
         """Whether every topic has a subscriber."""
         return all(each.get_subscription_count() for each in self._publishers.values())
+
+    def unheard(self) -> list[str]:
+        """Return the topics that had no subscriber at any of their messages, and have none now."""
+        for name in self._publishers:
+            self._note_whether_heard(name)
+        return [name for name in self._publishers if name not in self._heard]
 
     def subscribers(self) -> int:
         """How many subscriptions are matched, over all topics."""
@@ -118,6 +125,7 @@ class Player:
         if self._clock is not None:
             self._clock.publish(Clock(clock=time_message(log_time)))
         self._publishers[topic].publish(cdr)
+        self._note_whether_heard(topic)
         return True
 
     def finish(self, patience: float) -> bool:
@@ -127,6 +135,10 @@ class Player:
             each.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
             for each in self._publishers.values()
         )
+
+    def _note_whether_heard(self, name: str) -> None:
+        if name not in self._heard and self._publishers[name].get_subscription_count():
+            self._heard.add(name)
 
     def _open(self, node: Node, recording: Recording, name: str) -> Publisher:
         topic = recording.topics[name]
