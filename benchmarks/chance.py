@@ -1,7 +1,7 @@
 """How much of a ratio between two methods' errors is chance: both had the same few cases."""
 
 import numpy as np
-from scipy.stats import bootstrap
+from scipy.stats import binomtest, bootstrap
 
 RESAMPLINGS = 2000
 WITHIN = 0.95  # of them
@@ -36,3 +36,19 @@ def ratio_interval(ours, theirs, percent):
         random_state=0,
     ).confidence_interval
     return float(interval.low), float(interval.high)
+
+
+def sign_test(ours, theirs):
+    """Return how likely it is by chance that two methods' right results differ as much, or more.
+
+    Args:
+        ours: (N,) bool, whether one method was right, a case each.
+        theirs: (N,) bool, of another in the same cases.
+
+    Returns:
+        p of the exact two-sided sign test over the cases that one of them alone got right
+        (McNemar 1947); 1 where there are none.
+    """
+    ours, theirs = np.array(ours, bool), np.array(theirs, bool)
+    alone = int(np.sum(ours & ~theirs)), int(np.sum(theirs & ~ours))
+    return float(binomtest(alone[0], sum(alone)).pvalue) if any(alone) else 1.0

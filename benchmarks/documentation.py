@@ -20,6 +20,7 @@ from idem_ros.parameters import default_of, description_of, parameter_name
 FIGURES = 'docs/figures.md'
 ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'
 TRUST, REAL = 'docs/bench_trust.md', 'docs/bench_real.md'
+SMALL = 0.05  # p of what is taken to be no chance
 BEGIN, END = '<!-- {name}: written by `make docs` -->', '<!-- end of {name} -->'
 
 
@@ -34,7 +35,7 @@ def blocks(folder):
         'accuracy': _lines_of(folder / ACCURACY, ('-', '  -')),
         'speed': _lines_of(folder / SPEED, ('|',)),
         'trust': _lines_of(folder / TRUST, ('|',)),
-        'real': _near(folder / REAL),
+        'real': near_starts(folder / REAL),
         'topics': _topics(),
         'parameters': _parameters(),
     }
@@ -79,7 +80,7 @@ def with_blocks(text, contents):
     return text
 
 
-def _near(path):
+def near_starts(path):
     """Return the rows of near starts, and what a peer does better there beyond chance."""
     lines = path.read_text().splitlines()
     head, _, *rest = (_cells_of(line) for line in lines if line.startswith('|'))
@@ -100,7 +101,10 @@ def _cells_of(row):
 
 
 def _is_beyond_chance(line):
-    """Whether the interval of a ratio leaves out 1; a count of right results has none."""
+    """Whether the interval of a ratio leaves out 1, or a count has a small p; a time has neither."""
+    _, has_p, p = line.partition('by chance p ')
+    if has_p:
+        return float(p) < SMALL
     _, has_interval, interval = line.partition('IDEM over it ')
     return not has_interval or float(interval.split()[0]) > 1.0
 

@@ -9,7 +9,7 @@ from zlib import crc32
 import numpy as np
 
 from benchmarks.case import displaced, errors
-from benchmarks.chance import ratio_interval
+from benchmarks.chance import ratio_interval, sign_test
 from benchmarks.methods import IDEM
 from benchmarks.raw_to_result import idem_from_raw, peer_from_raw, peer_settings
 from benchmarks.rings import closing
@@ -30,7 +30,8 @@ NOTE = """Each pair is started from once, near and far. A peer bears the voxel s
 (a correspondence distance or an edge of its voxels, in spacings) that served it best in these very
 runs, an oracle that no user has; IDEM is told at every voxel size, and held against the peers at
 its best. All stop at the same criteria; time is that of the CPU, one thread, raw points to result.
-"IDEM over it" is what holds 95 % of the ratios over 2 000 paired resamplings of the pairs.
+"IDEM over it" is what holds 95 % of the ratios over 2 000 paired resamplings of the pairs; p is
+that of the exact sign test over the pairs that one of the two alone got right.
 The truth is good to:
 """
 
@@ -210,7 +211,10 @@ def better_peers(figures):
         best = max(peers, key=rights.get)
         right = sum(figures[ours].right)
         if rights[best] > right:
-            lines.append(f'{where}right {rights[best]} ({best.method}), {right}')
+            p = sign_test(figures[ours].right, figures[best].right)
+            lines.append(
+                f'{where}right {rights[best]} ({best.method}), {right}; by chance p {p:.2f}'
+            )
         for what, unit in UNITS.items():
             for part, percent in PARTS.items():
                 lines += _worse(figures, ours, peers, (where, what, unit, part, percent))

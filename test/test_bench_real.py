@@ -7,8 +7,10 @@ from clouds import motion
 from scipy.spatial import cKDTree
 
 from benchmarks.conditions import condition
+from benchmarks.documentation import near_starts
 from benchmarks.new_scans import ScanSet, scan_sets
 from benchmarks.real import (
+    METHODS,
     Figures,
     Key,
     best_of,
@@ -75,9 +77,25 @@ def test_what_a_peer_does_better_is_told_and_nothing_else():
 def test_more_right_and_less_time_of_a_peer_are_told():
     of = {key('IDEM'): figures(0.1, 5.0, right=2), key('GICP'): figures(0.2, 6.0, 4.0), **PEERS}
     assert better_peers(of) == [
-        'ring, near: right 3 (GICP), 2',
+        'ring, near: right 3 (GICP), 2; by chance p 1.00',
         'ring, near: time 4 ms (GICP), 10 ms',
     ]
+
+
+@pytest.mark.parametrize(('ours', 'is_beyond'), [(9, False), (0, True)])
+def test_only_a_count_that_chance_does_not_explain_is_told_in_the_readme(
+    tmp_path, ours, is_beyond
+):
+    def of(method, right):
+        at = (1.0,) * 10
+        return key(method), Figures(at, at, at, (True,) * right + (False,) * (10 - right), at)
+
+    scans = ScanSet('ring', (), (), {}, (1.0, 1.0), (0.15, 0.4), 1e-3)
+    measured = dict([of('IDEM', ours), *(of(method, 10) for method in METHODS[1:])])
+    (tmp_path / 'bench_real.md').write_text(real_markdown(measured, [scans]))
+    told = near_starts(tmp_path / 'bench_real.md')
+    assert 'Of 1 figures' in told
+    assert ('right 10' in told) == is_beyond
 
 
 def test_every_voxel_size_of_idem_and_the_best_of_each_peer_are_in_the_table():
