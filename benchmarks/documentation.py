@@ -101,7 +101,7 @@ def _cells_of(row):
 
 
 def _is_beyond_chance(line):
-    """Whether the interval of a ratio leaves out 1, or a count has a small p; a time has neither."""
+    """Whether the interval of a ratio leaves out 1, or p of a count is small; a time has none."""
     _, has_p, p = line.partition('by chance p ')
     if has_p:
         return float(p) < SMALL
