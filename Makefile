@@ -22,12 +22,12 @@ KERNELS := prescott $(if $(shell grep -m1 -ow avx2 /proc/cpuinfo),haswell zen) \
 	$(if $(shell grep -m1 -ow avx512vl /proc/cpuinfo),skylakex)
 PORTABLE := $(KERNELS:%=openblas-%) numpy-without-avx512 numpy-without-avx2 numba-generic
 # left out there: what is only read, written, shown or started, and what measures time and memory
-PLAIN := atomic_* bad_recordings bench_* cluster cloud_f* clouds_again command_* comparison console core_names \
+PLAIN := atomic_* bad_recordings bench_commands bench_evaluation bench_report_cost bench_speed cluster cloud_f* clouds_again command_* comparison console core_names \
 	dead_ports diagnostics documentation experiment_models figures fuzz* gate guesses interface interrupts jit \
 	kernel_cache kitti_segments last_result launch live_run loopback main *_file *_folder messages node_* \
 	one_recording options overall pairing* parameters play* pointcloud2 printable rates record_text recorded_truth \
-	recording_* remeshing report* result* selection settings six_dof spool stamps structured_text summary \
-	table2 targets text_table traffic transform_* truths views worker* worst_frames
+	recording_* report* result* selection settings spool stamps structured_text summary \
+	targets text_table traffic transform_* truths views worker* worst_frames
 DISPATCHED = $(shell $(BIN)/python -c \
 	'from numpy._core._multiarray_umath import __cpu_dispatch__; print(*__cpu_dispatch__)')
 
