@@ -1,5 +1,7 @@
 import shutil
+import sqlite3
 import tarfile
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -173,3 +175,22 @@ def test_reads_a_dirty_recording_of_a_truck(shared_data):
     read = read_points(message)
     assert read.dropped_zero == 60_192
     assert len(read.points) == 20_064
+
+
+@pytest.mark.parametrize('column', ['name', 'type', 'serialization_format'])
+@pytest.mark.parametrize('value', [None, 3])
+def test_a_topic_without_a_name_a_type_or_a_format_is_refused(tmp_path, rng, column, value):
+    write_sqlite3(tmp_path / 'x', scans(rng))
+    (file,) = (tmp_path / 'x').glob('*.db3')
+    with closing(sqlite3.connect(file)) as database, database:
+        (sql,) = database.execute("SELECT sql FROM sqlite_master WHERE name = 'topics'").fetchone()
+        rows = database.execute('SELECT * FROM topics').fetchall()
+        database.execute('DROP TABLE topics')
+        database.execute(sql.replace(' NOT NULL', '').replace(' TEXT', ''))
+        database.executemany(f'INSERT INTO topics VALUES ({",".join("?" * len(rows[0]))})', rows)
+        database.execute(f'UPDATE topics SET {column} = ? WHERE id = 1', (value,))
+    with (
+        pytest.raises(UnreadableRecording, match='a topic has no name, no type or no format'),
+        open_recording(file),
+    ):
+        pass

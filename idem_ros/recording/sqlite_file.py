@@ -77,7 +77,10 @@ class SqliteFile:
             raise Damaged('database missing tables')
         found = self._database.execute(DEFINITIONS) if 'message_definitions' in tables else ()
         definitions = {name: (form, text) for name, form, text in found}
+        topics = list(self._database.execute(TOPICS))
+        if not all(isinstance(each, str) for _, *words in topics for each in words):
+            raise Damaged('a topic has no name, no type or no format')
         return {
             id_: Channel(name, kind, encoding, *definitions.get(kind, ('', '')))
-            for id_, name, kind, encoding in self._database.execute(TOPICS)
+            for id_, name, kind, encoding in topics
         }
