@@ -130,12 +130,12 @@ colcon: $(INSTALLED)/.ready
 
 soak: $(READY)
 	$(BIN)/python -m benchmarks.soak $(ARGS)
-	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/test_fuzz.py test/test_fuzz_live.py test/test_fuzz_recordings.py
+	ROS_PYTHON_CHECK_FIELDS=1 IDEM_FUZZ=5000 $(BIN)/python -m pytest -q test/fuzz/test_fuzz.py test/fuzz/test_fuzz_live.py test/fuzz/test_fuzz_recordings.py
 
 # an environment that sees the sourced ROS; where there is none, that of the other tests
 ROS_VENV := $(if $(shell command -v ros2),.venv-ros,$(VENV))
-ROS_TESTS := test/test_ros_packages.py test/test_launch.py test/test_node_inputs.py \
-	test/test_node_outputs.py test/test_player.py
+ROS_TESTS := test/node/test_ros_packages.py test/node/test_launch.py test/node/test_node_inputs.py \
+	test/node/test_node_outputs.py test/node/test_player.py
 
 test-ros: $(ROS_VENV)/.ready
 	ROS_PYTHON_CHECK_FIELDS=1 $(ROS_VENV)/bin/python -m pytest -rs $(ROS_TESTS) $(ARGS)
@@ -149,8 +149,8 @@ test-ros: $(ROS_VENV)/.ready
 
 fuzz: $(READY)
 	$(BIN)/python fuzz $(ARGS)
-	IDEM_FUZZ=10000 $(BIN)/python -m pytest -q test/test_fuzz_files.py
-	IDEM_INTERRUPTS=50 $(BIN)/python -m pytest -q test/test_interrupts.py
+	IDEM_FUZZ=10000 $(BIN)/python -m pytest -q test/fuzz/test_fuzz_files.py
+	IDEM_INTERRUPTS=50 $(BIN)/python -m pytest -q test/terminal/test_interrupts.py
 
 clean:
 	rm -rf $(VENV) .venv-ros $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info

@@ -33,7 +33,7 @@ setup(
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
         PACKAGE: ['py.typed'],
-        f'{PACKAGE}.evaluation': ['report.css', 'report.html.jinja', 'report.js'],
+        f'{PACKAGE}.report': ['report.css', 'report.html.jinja', 'report.js'],
     },
     install_requires=[
         'setuptools',

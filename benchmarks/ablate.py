@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from benchmarks.case import displaced, errors
 from benchmarks.unseen import STARTS, Unseen
 from idem_ros.core import RegistrationConfig, register, warm_up
-from idem_ros.core.assessment import Verdict
-from idem_ros.core.tuning import SolverTuning, TrustTuning, tuned_numbers
+from idem_ros.core.solve.tuning import SolverTuning, TrustTuning, tuned_numbers
+from idem_ros.core.trust.assessment import Verdict
 
 AS_TUNED = ''
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.chance import ratio_interval
 from benchmarks.unseen import STARTS
-from idem_ros.markdown import number as digits
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import number as digits
+from idem_ros.terminal.markdown import table
 
 ERRORS = {'rotation': 50, 'rotation p90': 90, 'translation': 50, 'translation p90': 90}
 HEADER = (

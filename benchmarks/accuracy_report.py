@@ -5,7 +5,7 @@ from dataclasses import asdict
 from benchmarks.case import LEVELS
 from benchmarks.real_pairs import TRUSTED
 from benchmarks.verdict import verdicts
-from idem_ros.markdown import number, table
+from idem_ros.terminal.markdown import number, table
 
 HEADER = (
     *('row', 'method', 'setting', 'success'),

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.case import Case
-from idem_ros.core import se3
+from idem_ros.core.geometry import se3
 
 POINTS = 4000
 NOISE = 0.01  # [m]

@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from benchmarks.case import Case
-from idem_ros.core import se3
+from idem_ros.core.geometry import se3
 from idem_ros.simulation.body import BUNNY, SIZE, remeshed_points, surface_points
 
 POINTS = 4000

@@ -5,7 +5,6 @@ from itertools import dropwhile, takewhile
 
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
-from idem_ros.markdown import table
 from idem_ros.node.interface import (
     INPUTS,
     OUTPUTS,
@@ -15,7 +14,8 @@ from idem_ros.node.interface import (
     TF_OUTPUT,
     parameter_fields,
 )
-from idem_ros.parameters import default_of, description_of, parameter_name
+from idem_ros.parameters.fields import default_of, description_of, parameter_name
+from idem_ros.terminal.markdown import table
 
 FIGURES = 'docs/figures.md'
 ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'

@@ -17,18 +17,18 @@ from benchmarks.case import displaced
 from benchmarks.footprint import resident_and_peak
 from benchmarks.goal import Goal
 from benchmarks.main_job import DEMO, DEMO_VOXEL, DemoMissing
-from idem_ros.core import se3
+from idem_ros.core.geometry import se3
 from idem_ros.evaluation.one_recording import Task
-from idem_ros.evaluation.replay import pairs_of, replay
-from idem_ros.evaluation.settings import Settings
 from idem_ros.evaluation.worker_processes import in_processes
-from idem_ros.installed_file import installed_file
+from idem_ros.files.installed_file import installed_file
+from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.recording.messages import cloud_message, header, transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
+from idem_ros.replay.pairs import pairs_of, replay
+from idem_ros.replay.settings import Settings
 from idem_ros.simulation.body import SIZE, surface_points
-from idem_ros.transform_message import stamp_ns
 
 SCANS, FIRST = 10_000, 1_000
 TARGET_POINTS, SCAN_POINTS = 1000, 600

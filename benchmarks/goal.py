@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass
 
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 
 @dataclass(frozen=True)

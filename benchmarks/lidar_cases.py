@@ -5,7 +5,7 @@ from importlib import import_module
 import numpy as np
 
 from benchmarks.case import Case
-from idem_ros.core import se3
+from idem_ros.core.geometry import se3
 from idem_ros.simulation.drive import drive
 from idem_ros.simulation.lidar import Lidar, scan
 

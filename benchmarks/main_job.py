@@ -10,12 +10,12 @@ from benchmarks.real_pairs import real_case, real_pairs
 from benchmarks.speed_cases import dense_street
 from benchmarks.timing import interleaved_ms
 from idem_ros.core import IdemError, register, warm_up
-from idem_ros.evaluation.replay import replay
-from idem_ros.guesses import Guess
-from idem_ros.installed_file import installed_file
-from idem_ros.pair import Pair
+from idem_ros.files.installed_file import installed_file
+from idem_ros.pairing.guesses import Guess
+from idem_ros.pairing.pair import Pair
 from idem_ros.recording.messages import cloud_message
-from idem_ros.refinement import Refiner
+from idem_ros.refinement.refiner import Refiner
+from idem_ros.replay.pairs import replay
 
 DEMO, DEMO_VOXEL = 'bags/demo.mcap', 0.5
 SEEDS = 20

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import Cloud, register
-from idem_ros.evaluation.peers import CRITERIA, NEIGHBOURS, small_gicp
+from idem_ros.replay.peers import CRITERIA, NEIGHBOURS, small_gicp
 
 IDEM = 'IDEM'
 PEERS = ('ICP', 'PLANE_ICP', 'GICP', 'VGICP')

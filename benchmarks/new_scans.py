@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.case import Case
 from benchmarks.real_pairs import ROLES, SHARED, truths
-from idem_ros.core import se3
+from idem_ros.core.geometry import se3
 from idem_ros.files.cloud_file import read_cloud
 
 DEPTH_FRAMES_APART = (1, 3)  # of those that are there, a third of a second each

@@ -6,7 +6,7 @@ from benchmarks.case import displaced
 from benchmarks.speed_cases import STAIRCASE, staircase
 from benchmarks.timing import interleaved_ms, median_and_p95
 from idem_ros.core import q_tot, search_radius
-from idem_ros.core.landscape import Landscape
+from idem_ros.core.metric.landscape import Landscape
 
 
 def q_tot_ms(rounds, sizes=STAIRCASE):

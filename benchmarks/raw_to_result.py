@@ -6,7 +6,7 @@ from functools import partial
 from benchmarks.case import errors, succeeded
 from benchmarks.methods import PEERS, Setting
 from idem_ros.core import Cloud, register
-from idem_ros.evaluation.peers import CRITERIA, NEIGHBOURS, small_gicp
+from idem_ros.replay.peers import CRITERIA, NEIGHBOURS, small_gicp
 
 DISTANCES, RESOLUTIONS = (1.0, 3.0, 10.0), (1.5, 3.0)  # in spacings
 LOOSE = 2e-3  # spacings: the translation criterion; small_gicp's own 1 mm where r4th is 0.5 m

@@ -14,7 +14,7 @@ from benchmarks.methods import IDEM
 from benchmarks.raw_to_result import idem_from_raw, peer_from_raw, peer_settings
 from benchmarks.rings import closing
 from idem_ros.core import warm_up
-from idem_ros.markdown import number, table
+from idem_ros.terminal.markdown import number, table
 
 METHODS = (IDEM, 'GICP', 'VGICP', 'PLANE_ICP')
 QUICK_PAIRS = 3

@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.goal import Goal
 from idem_ros.core import RegistrationConfig
-from idem_ros.evaluation.record_text import record_text
-from idem_ros.evaluation.replay import replay
-from idem_ros.evaluation.report import write_report
-from idem_ros.evaluation.summary import json_record
+from idem_ros.replay.pairs import replay
+from idem_ros.report.folder import write_report
+from idem_ros.results.record_text import record_text
+from idem_ros.results.summary import json_record
 
 FRAMES = 1000
 CONFIG = RegistrationConfig(voxel_size=0.5)

@@ -11,8 +11,8 @@ import numpy as np
 
 from benchmarks.methods import IDEM, PEERS, Setting, idem_solver, peer_solvers
 from benchmarks.real_pairs import real_case, real_pairs
-from idem_ros.core import se3
-from idem_ros.markdown import number, table
+from idem_ros.core.geometry import se3
+from idem_ros.terminal.markdown import number, table
 
 RINGS = (('000', '045', '315'), ('000', '045', '090'))  # scans of the bunny
 

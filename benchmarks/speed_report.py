@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.goal import Goal, goals_table
 from benchmarks.methods import IDEM, PEERS
 from benchmarks.speed import growth
-from idem_ros.markdown import number, table
+from idem_ros.terminal.markdown import number, table
 
 NOTE = """Milliseconds from raw points to result, median / 95th percentile, the methods taking
 turns from the same starts (1 r4th and 2 deg off). Each peer at its fastest setting that reaches

@@ -11,7 +11,7 @@ from benchmarks.case import Case
 from benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from benchmarks.real_pairs import CENTIMETRE, SHARED
 from idem_ros.core import RegistrationConfig, register
-from idem_ros.core.se3 import inverse
+from idem_ros.core.geometry.se3 import inverse
 from idem_ros.files.cloud_file import read_cloud
 from idem_ros.simulation.lidar import Lidar
 

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.case import displaced, errors
 from idem_ros.core import Verdict, register, warm_up
 from idem_ros.core.config import AUTO
-from idem_ros.markdown import number, table
+from idem_ros.terminal.markdown import number, table
 
 REPEATS = 3  # of which the quickest counts
 MOST_ERROR, MOST_TIME = 1.2, 1.5  # of the best fixed size's

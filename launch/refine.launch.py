@@ -13,7 +13,12 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from idem_ros.launch_arguments import launched_file, require_file, require_known, require_rviz
+from idem_ros.parameters.launch_arguments import (
+    launched_file,
+    require_file,
+    require_known,
+    require_rviz,
+)
 from launch import LaunchDescription
 
 CONFIG = Path(get_package_share_directory('idem_ros')) / 'config'

@@ -20,7 +20,7 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.substitutions import ExecutableInPackage
 
-from idem_ros.launch_arguments import launched_file, require_file, require_known
+from idem_ros.parameters.launch_arguments import launched_file, require_file, require_known
 from launch import LaunchDescription
 
 REFINE = PythonLaunchDescriptionSource(str(Path(__file__).with_name('refine.launch.py')))

@@ -55,7 +55,8 @@ def test_idem_node_starts_with_each_file_of_the_package_and_ends(tmp_path):
 
 @pytest.mark.parametrize('file', SHIPPED)
 def test_each_launch_and_config_file_is_found_beside_the_installed_code(file, tmp_path):
-    code = f'from idem_ros.installed_file import installed_file; print(installed_file({file!r}))'
+    asks = 'from idem_ros.files.installed_file import installed_file'
+    code = f'{asks}; print(installed_file({file!r}))'
     assert Path(run(sys.executable, '-c', code, cwd=tmp_path).strip()) == SHARE / file
     assert (SHARE / file).read_bytes() == (ROOT / file).read_bytes()
 

@@ -29,7 +29,7 @@ def add_parser(subparsers):
 def run(args):
     """Write or check the blocks of the documents."""
     from benchmarks.documentation import documents
-    from idem_ros.atomic_file import replacing
+    from idem_ros.files.atomic_file import replacing
 
     readme = Path(args.readme)
     if not readme.is_file():
@@ -53,7 +53,7 @@ def _draw(folder):
     except ImportError as error:
         raise UsageError('the picture needs matplotlib: pip install ".[plot]"') from error
     from idem_ros.core import RegistrationConfig
-    from idem_ros.evaluation.picture import draw_frame
+    from idem_ros.report.picture import draw_frame
 
     config = RegistrationConfig(voxel_size=VOXEL_SIZE)
     draw_frame(folder / BAG, FRAME, folder / PICTURE, config)

@@ -100,7 +100,7 @@ def _accuracy(args):
     from benchmarks.accuracy import measure_rows
     from benchmarks.earlier import with_peers_of
     from benchmarks.rows import accuracy_rows
-    from idem_ros.evaluation.peers import small_gicp
+    from idem_ros.replay.peers import small_gicp
 
     config = _config(args)
     check_jobs(args)
@@ -195,7 +195,7 @@ def _trust(args):
 def _report(args):
     from benchmarks.main_job import DEMO, DemoMissing
     from benchmarks.report_cost import FRAMES, measure
-    from idem_ros.installed_file import installed_file
+    from idem_ros.files.installed_file import installed_file
 
     _config(args)
     path = installed_file(DEMO)

@@ -33,7 +33,7 @@ def check_jobs(args):
 
 def check_outputs(args):
     """Refuse before the work what could not be written after it."""
-    from idem_ros.atomic_file import require_writable
+    from idem_ros.files.atomic_file import require_writable
 
     for file in (args.json, args.markdown):
         if file:
@@ -51,7 +51,7 @@ def write(args, record, text):
     """Write the record as JSON and the text as Markdown, where these are asked for."""
     import json
 
-    from idem_ros.atomic_file import replacing
+    from idem_ros.files.atomic_file import replacing
 
     as_json = json.dumps(record, indent=1, allow_nan=False)
     for file, content in ((args.json, as_json), (args.markdown, text)):

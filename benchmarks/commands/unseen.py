@@ -44,7 +44,7 @@ def _real(args):
     from benchmarks.new_scans import scan_sets
     from benchmarks.real import measure_sets, real_markdown, real_record
     from benchmarks.real_pairs import SHARED
-    from idem_ros.evaluation.peers import small_gicp
+    from idem_ros.replay.peers import small_gicp
 
     check_outputs(args)
     config = replace(config_from(args), assessment='none')

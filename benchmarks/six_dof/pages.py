@@ -5,11 +5,11 @@ import numpy as np
 from benchmarks.methods import DISTANCES
 from benchmarks.six_dof.figure import figure_of
 from benchmarks.six_dof.runs import CONFIGS, IDEM, NEAR, measured, methods_of
-from idem_ros.core.displacement import AXES
-from idem_ros.evaluation.peers import PeersMissing, small_gicp
+from idem_ros.core.metric.displacement import AXES
 from idem_ros.experiments.conditions import case_names
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
-from idem_ros.markdown import number, table
+from idem_ros.replay.peers import PeersMissing, small_gicp
+from idem_ros.terminal.markdown import number, table
 
 STARTS, QUICK_STARTS = 50, 5
 QUICK_CASES = (

@@ -11,15 +11,15 @@ from benchmarks.accuracy import Figures, at_best, race
 from benchmarks.case import Case as RegistrationCase
 from benchmarks.methods import IDEM, PEERS, Setting, idem_solver, peer_solvers, settings
 from benchmarks.six_dof.independent import independent_case
-from idem_ros.atomic_file import replacing
 from idem_ros.core import RegistrationConfig, warm_up
-from idem_ros.core.displacement import centroid, displaced
-from idem_ros.core.region_of_interest import FARTHEST, STEPS_PER_RADIUS, region_along_axes
+from idem_ros.core.metric.displacement import centroid, displaced
+from idem_ros.core.metric.region_of_interest import FARTHEST, STEPS_PER_RADIUS, region_along_axes
+from idem_ros.evaluation.worker_pool import worker_pool
 from idem_ros.experiments.conditions import Case, make_case
 from idem_ros.experiments.experiment import settings_of
 from idem_ros.experiments.maps import count_in_common, landscape_of
 from idem_ros.experiments.models import Model
-from idem_ros.worker_pool import worker_pool
+from idem_ros.files.atomic_file import replacing
 
 NEAR = 'IDEM 4r'  # for guesses about one radius off, as these are: no stage of eight radii
 CONFIGS = {IDEM: RegistrationConfig(), NEAR: RegistrationConfig(radius_schedule=(4.0, 2.0, 1.0))}

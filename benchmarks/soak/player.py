@@ -20,8 +20,8 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2
 
 from benchmarks.soak.stream import Tick, street_stream
+from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.node.player import playing_node
-from idem_ros.transform_message import stamp_ns
 
 CLASSES = {'target': PointCloud2, 'source': PointCloud2, 'initial_guess': TransformStamped}
 TICKS = 4  # scans that differ; after them it starts over

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from idem_ros.core.se3 import inverse
+from idem_ros.core.geometry.se3 import inverse
 from idem_ros.recording.cdr import to_cdr
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.simulation.drive import drive, perturbed

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from idem_ros.core.basin import LAST
-from idem_ros.core.tuning import TrustTuning
-from idem_ros.core.verdict_model import features, probability
+from idem_ros.core.solve.tuning import TrustTuning
+from idem_ros.core.trust.basin import LAST
+from idem_ros.core.trust.verdict_model import features, probability
 
 RIDGE = 1e-4  # on weights of standardised inputs: the classes are nearly separable
 BINS = 10

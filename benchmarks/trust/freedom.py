@@ -8,7 +8,8 @@ from scipy.linalg import subspace_angles
 
 from benchmarks.bare_scenes import BARE_SCENES, bare_case
 from benchmarks.case import displaced
-from idem_ros.core import RegistrationConfig, register, se3
+from idem_ros.core import RegistrationConfig, register
+from idem_ros.core.geometry import se3
 
 OFF = (1.0, 0.05)  # [deg], [m], of the start
 VOXELS = (None, 0.15)

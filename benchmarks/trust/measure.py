@@ -24,12 +24,12 @@ from benchmarks.trust.scenes import real, simulated
 from benchmarks.trust.spread import spread, worst_coverage
 from benchmarks.trust.ways import ways
 from idem_ros.core import Cloud, register, warm_up
-from idem_ros.core.balls import between_origins
-from idem_ros.core.basin import gauge
 from idem_ros.core.blocks import ALONE
-from idem_ros.core.pair import prepare
+from idem_ros.core.metric.balls import between_origins
+from idem_ros.core.solve.pair import prepare
+from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.stages import descend
-from idem_ros.core.tuning import SolverTuning, TrustTuning
+from idem_ros.core.trust.basin import gauge
 
 JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # cases of a kind
 QUICK = 12  # times fewer

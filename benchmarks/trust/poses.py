@@ -8,8 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from benchmarks.case import displaced, errors
-from idem_ros.core import Cloud, RegistrationConfig, register, se3
-from idem_ros.evaluation.peers import NEIGHBOURS, small_gicp
+from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core.geometry import se3
+from idem_ros.replay.peers import NEIGHBOURS, small_gicp
 
 RIGHT_DEG, RIGHT = 1.0, 0.5  # of the spacing
 WRONG_DEG, WRONG = 3.0, 1.5  # what is neither is not counted, but how many is told

@@ -8,10 +8,10 @@ from benchmarks.trust.fit import fitted, fitted_confidence, left_out
 from benchmarks.trust.poses import judged_poses
 from benchmarks.trust.scenes import real, simulated
 from benchmarks.trust.ways import ways
-from idem_ros.core.basin import FIRST, LAST
-from idem_ros.core.verdict_model import WEIGHTS
+from idem_ros.core.trust.basin import FIRST, LAST
+from idem_ros.core.trust.verdict_model import WEIGHTS
 from idem_ros.experiments.experiment import write_csv, write_page
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 CASES, QUICK_CASES = 24, 1  # of each kind
 ALONE = (8.0, 1.0)  # with these stages the first is the last coarse one, too
@@ -78,8 +78,8 @@ def _page(context, poses, weights, first, last):
         '# The models that judge results\n\n'
         f'Trained on {len(poses)} poses, {right} right and {len(poses) - right} wrong by known '
         'amounts, each kind of scene, class and way of making them counting alike; verdict.csv '
-        'has them all. The models in use are in `idem_ros/core/verdict_model.py` and '
-        '`idem_ros/core/basin.py`. '
+        'has them all. The models in use are in `idem_ros/core/trust/verdict_model.py` and '
+        '`idem_ros/core/trust/basin.py`. '
         '`python -m benchmarks trust` tells how well such models judge kinds of scene they never '
         'saw.\n\n'
     )

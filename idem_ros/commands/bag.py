@@ -56,7 +56,7 @@ def add_parser(subparsers):
 
 def run(args):
     """Read everything lazily, write the recording."""
-    from idem_ros.atomic_file import require_writable
+    from idem_ros.files.atomic_file import require_writable
 
     is_folder = Path(args.target).is_dir()
     (_check_folder if is_folder else _check_files)(args)

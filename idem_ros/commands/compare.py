@@ -3,7 +3,7 @@
 import argparse
 
 from idem_ros.commands.exit_codes import OK
-from idem_ros.printable import printable
+from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\
 Compare two files of `idem replay --json` of the same recording: replayed with other
@@ -38,8 +38,8 @@ def add_parser(subparsers):
 
 def run(args):
     """Read both, compare, print."""
-    from idem_ros.evaluation.comparison import compare
-    from idem_ros.evaluation.result_file import read_result
+    from idem_ros.results.comparison import compare
+    from idem_ros.results.result_file import read_result
 
     a, b = read_result(args.a), read_result(args.b)
     comparison = compare(a, b)
@@ -48,8 +48,8 @@ def run(args):
 
 
 def _text(a, b, comparison):
-    from idem_ros.evaluation.comparison import MEASURES
-    from idem_ros.markdown import number, table
+    from idem_ros.results.comparison import MEASURES
+    from idem_ros.terminal.markdown import number, table
 
     lines = [
         printable(f'A: {a.path}, of {a.bag}'),

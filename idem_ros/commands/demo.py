@@ -73,7 +73,7 @@ def run(args):
 
 
 def _own_bag():
-    from idem_ros.installed_file import installed_file
+    from idem_ros.files.installed_file import installed_file
 
     bag = installed_file(BAG)
     if bag is None:
@@ -94,7 +94,7 @@ def _line(scan):
 
 def _errors(scan, transform):
     """Return (translation [m], rotation [deg]) off the truth; not a number where unknown."""
-    from idem_ros.evaluation.pose_error import rotation_error_deg, translation_error_m
+    from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
 
     if transform is None or scan.T_truth is None:
         return float('nan'), float('nan')

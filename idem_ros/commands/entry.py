@@ -30,7 +30,7 @@ def main():
 
 def ended_in_order(run):
     """Return the exit code of a command line, `run()`; after Ctrl-C end the process with it."""
-    from idem_ros import interrupts
+    from idem_ros.terminal import interrupts
 
     try:
         interrupts.listen()

@@ -9,7 +9,7 @@ from pathlib import Path
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.options import add_topic_options, topics_from
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
-from idem_ros.printable import printable
+from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\
 Replay every recording in worker processes, as `idem replay` does one of them, and
@@ -114,7 +114,7 @@ def _recordings(paths):
 def _made_with(settings, args):
     from importlib.metadata import version
 
-    from idem_ros.evaluation.settings import as_record
+    from idem_ros.replay.settings import as_record
 
     return {
         'settings': as_record(settings),
@@ -154,8 +154,8 @@ def _outcomes(tasks, args, lines):
 def _take_in(outcome, out, there, overall):
     import json
 
-    from idem_ros.evaluation.result_file import read_result
     from idem_ros.evaluation.result_folder import result_file, write_text
+    from idem_ros.results.result_file import read_result
 
     if outcome.reason:
         overall.add_failure(outcome.path, outcome.reason)

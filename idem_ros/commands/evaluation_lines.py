@@ -2,7 +2,7 @@
 
 import sys
 
-from idem_ros.printable import printable
+from idem_ros.terminal.printable import printable
 
 
 class Lines:

@@ -80,9 +80,9 @@ def run_each(experiments, args):
 
 def _context(args):
     """Refuse, before the work, what could not be used or written after it."""
-    from idem_ros.atomic_file import require_writable
     from idem_ros.experiments.experiment import Context
     from idem_ros.experiments.models import paper_model
+    from idem_ros.files.atomic_file import require_writable
 
     if args.seed < 0:
         raise UsageError(f'--seed is {args.seed}; it must be from 0')

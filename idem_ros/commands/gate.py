@@ -5,7 +5,7 @@ from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.core.exceptions import IdemError
-from idem_ros.printable import printable
+from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\
 Hold each RESULT of `idem replay` (of --json or --out) to the rules of a YAML file,
@@ -62,10 +62,10 @@ def add_parser(subparsers):
 
 def run(args):
     """Check, print, write; the exit code is the verdict."""
-    from idem_ros.atomic_file import require_writable
-    from idem_ros.evaluation.gate import BadRules, findings, read_rules
-    from idem_ros.evaluation.junit import write_junit, write_junit_error
-    from idem_ros.evaluation.result_file import read_result
+    from idem_ros.files.atomic_file import require_writable
+    from idem_ros.results.gate import BadRules, findings, read_rules
+    from idem_ros.results.junit import write_junit, write_junit_error
+    from idem_ros.results.result_file import read_result
 
     _refuse_files_named_twice(args)
     if args.junit:

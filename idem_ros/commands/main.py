@@ -24,8 +24,8 @@ from idem_ros.commands import (
 )
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
-from idem_ros.interrupts import came
-from idem_ros.printable import ShownStream, message_line
+from idem_ros.terminal.interrupts import came
+from idem_ros.terminal.printable import ShownStream, message_line
 
 COMMANDS = (
     register,

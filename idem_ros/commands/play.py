@@ -8,7 +8,7 @@ from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK
 from idem_ros.commands.options import add_max_chunk
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.rclpy_needed import require_rclpy
-from idem_ros.printable import printable
+from idem_ros.terminal.printable import printable
 
 PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
 

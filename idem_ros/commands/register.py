@@ -9,7 +9,7 @@ from idem_ros.commands.options import (
     add_config_options,
     config_from,
 )
-from idem_ros.preprocessing import PreprocessingConfig, preprocess
+from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 
 
 def add_parser(subparsers):
@@ -39,8 +39,8 @@ def add_parser(subparsers):
 
 def run(args):
     """Register, print and write."""
-    from idem_ros.atomic_file import require_writable
     from idem_ros.core import register
+    from idem_ros.files.atomic_file import require_writable
     from idem_ros.files.cloud_file import read_cloud
     from idem_ros.files.pose_file import read_pose, write_pose
 
@@ -78,7 +78,7 @@ def _refuse_inputs_as_output(args):
 def _json(args, result):
     import json
 
-    from idem_ros.diagnostics import assessment_record
+    from idem_ros.refinement.diagnostics import assessment_record
 
     return json.dumps(
         {
@@ -135,8 +135,8 @@ def _digits(T_target_source, source):
 def _said(assessment, T_target_source, source):
     import numpy as np
 
-    from idem_ros.core.assessment import Verdict
-    from idem_ros.diagnostics import covariance_at
+    from idem_ros.core.trust.assessment import Verdict
+    from idem_ros.refinement.diagnostics import covariance_at
 
     if assessment is None:
         return

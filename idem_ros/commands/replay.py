@@ -10,8 +10,8 @@ from idem_ros.commands.options import add_topic_options, topics_from
 from idem_ros.commands.replay_outputs import outputs_for, write_outputs
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.core.exceptions import IdemError
-from idem_ros.evaluation.settings import IDEM
-from idem_ros.printable import printable
+from idem_ros.replay.settings import IDEM
+from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\
 Refine every pair of BAG, as the live node would, and report the errors.
@@ -95,9 +95,9 @@ def run(args):
 
 def _written(args, bag, settings, topics, notes=()):
     """Replay, write and print; return the exit code and the [`Replay`] of each method."""
-    from idem_ros.evaluation.run import run_each
-    from idem_ros.evaluation.summary import table, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.replay.run import run_each
+    from idem_ros.results.summary import table, why_nothing
 
     inputs = [bag, *filter(None, [args.again, getattr(args, 'params', None)])]
     outputs = outputs_for(args, inputs, [each.method for each in settings])
@@ -128,11 +128,11 @@ def _code(replays):
 
 def _again(args):
     """Repeat a result, compare, say how many frames agree."""
-    from idem_ros.evaluation import again
-    from idem_ros.evaluation.provenance import versions
-    from idem_ros.evaluation.result_file import read_result
-    from idem_ros.evaluation.summary import json_record
     from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.replay import again
+    from idem_ros.replay.provenance import versions
+    from idem_ros.results.result_file import read_result
+    from idem_ros.results.summary import json_record
 
     _refuse_settings_of_their_own(args)
     result = read_result(args.again)

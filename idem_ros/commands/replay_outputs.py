@@ -56,10 +56,10 @@ def write_outputs(outputs, replayed, settings, input_):
         settings: `Settings` that it was made with.
         input_: the recording's `fingerprint`; None where neither JSON nor MCAP is asked for.
     """
-    from idem_ros.evaluation.provenance import as_metadata, made_by
-    from idem_ros.evaluation.record_text import record_text
-    from idem_ros.evaluation.summary import json_record
     from idem_ros.recording.results import write_result
+    from idem_ros.replay.provenance import as_metadata, made_by
+    from idem_ros.results.record_text import record_text
+    from idem_ros.results.summary import json_record
 
     if outputs.tum:
         _write_tum(outputs.tum, replayed)
@@ -82,7 +82,7 @@ def _of_method(given, method):
 
 
 def _refuse_collisions(inputs, outputs):
-    from idem_ros.atomic_file import require_writable
+    from idem_ros.files.atomic_file import require_writable
 
     read = {Path(file).resolve(): file for file in inputs}
     bag, written = Path(inputs[0]).resolve(), {}
@@ -125,7 +125,7 @@ def _copy(text, file):
     import shutil
     import sys
 
-    from idem_ros.atomic_file import replacing
+    from idem_ros.files.atomic_file import replacing
 
     text.seek(0)
     if file == '-':

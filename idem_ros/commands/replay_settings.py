@@ -10,7 +10,7 @@ from idem_ros.commands.options import (
     config_from,
 )
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.evaluation.settings import IDEM, METHODS, SEQUENCES, Settings
+from idem_ros.replay.settings import IDEM, METHODS, SEQUENCES, Settings
 
 
 def add_settings_options(parser):
@@ -88,7 +88,7 @@ def settings_from(args):
 
 def _read(file):
     from idem_ros.node.interface import CONFIGS
-    from idem_ros.parameter_file import BadParameterFile, configs_of, read_parameters
+    from idem_ros.parameters.parameter_file import BadParameterFile, configs_of, read_parameters
 
     live = [kind for kind in CONFIGS if kind not in REPLAYED]
     try:

@@ -50,7 +50,7 @@ def run(args):
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise UsageError('the plots need matplotlib: pip install ".[plot]"') from error
-    from idem_ros.evaluation.report import write_report
+    from idem_ros.report.folder import write_report
 
     page = write_report(args.results, args.out, _progress, args.recordings_under)
     print(f'{page}: {page.stat().st_size / 1e6:.1f} MB')

@@ -24,7 +24,7 @@ def run(args):
     """Simulate and write."""
     import numpy as np
 
-    from idem_ros.atomic_file import require_writable
+    from idem_ros.files.atomic_file import require_writable
     from idem_ros.recording.writer import write_mcap
     from idem_ros.simulation.recording import drive_messages
     from idem_ros.simulation.street import street

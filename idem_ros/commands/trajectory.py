@@ -73,8 +73,8 @@ def add_parser(subparsers):
 
 def run(args):
     """Read both, compare, print."""
-    from idem_ros.evaluation import trajectory_report
     from idem_ros.files.trajectory_file import read_trajectory
+    from idem_ros.trajectory import comparison_table as trajectory_report
 
     deltas = _deltas(args.delta) if args.delta else trajectory_report.DELTAS
     lengths = args.lengths or trajectory_report.LENGTHS

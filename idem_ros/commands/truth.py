@@ -37,11 +37,11 @@ def add_parser(subparsers):
 
 def run(args):
     """Read, chain where they are relative, write, say what was assumed."""
-    from idem_ros.atomic_file import require_writable
-    from idem_ros.evaluation.recorded_truth import read_truth
+    from idem_ros.files.atomic_file import require_writable
     from idem_ros.files.pose_file import write_tum
     from idem_ros.recording.part import MAX_CHUNK
     from idem_ros.recording.reader import open_recording
+    from idem_ros.replay.recorded_truth import read_truth
 
     require_writable(args.out)
     with open_recording(args.bag, getattr(args, 'max_chunk', MAX_CHUNK)) as recording:

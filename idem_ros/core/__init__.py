@@ -7,42 +7,42 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, InvalidTransform
 
 if TYPE_CHECKING:  # for editors and type checkers: the same as below
-    from idem_ros.core.assessment import Assessment as Assessment
-    from idem_ros.core.assessment import Verdict as Verdict
-    from idem_ros.core.cloud import Cloud as Cloud
     from idem_ros.core.compilation import warm_up as warm_up
-    from idem_ros.core.landscape import Landscape as Landscape
-    from idem_ros.core.metric import fourth_neighbor_distance as fourth_neighbor_distance
-    from idem_ros.core.metric import q_per_point as q_per_point
-    from idem_ros.core.metric import q_tot as q_tot
-    from idem_ros.core.metric import search_radius as search_radius
-    from idem_ros.core.newton import Termination as Termination
-    from idem_ros.core.region_of_interest import region_along_axes as region_along_axes
-    from idem_ros.core.region_of_interest import region_on_grid as region_on_grid
+    from idem_ros.core.metric.cloud import Cloud as Cloud
+    from idem_ros.core.metric.landscape import Landscape as Landscape
+    from idem_ros.core.metric.q_tot import fourth_neighbor_distance as fourth_neighbor_distance
+    from idem_ros.core.metric.q_tot import q_per_point as q_per_point
+    from idem_ros.core.metric.q_tot import q_tot as q_tot
+    from idem_ros.core.metric.q_tot import search_radius as search_radius
+    from idem_ros.core.metric.region_of_interest import region_along_axes as region_along_axes
+    from idem_ros.core.metric.region_of_interest import region_on_grid as region_on_grid
     from idem_ros.core.registration import register as register
     from idem_ros.core.result import RegistrationResult as RegistrationResult
+    from idem_ros.core.solve.newton import Termination as Termination
+    from idem_ros.core.solve.tuning import SolverTuning as SolverTuning
+    from idem_ros.core.solve.tuning import TrustTuning as TrustTuning
     from idem_ros.core.status import Status as Status
-    from idem_ros.core.tuning import SolverTuning as SolverTuning
-    from idem_ros.core.tuning import TrustTuning as TrustTuning
+    from idem_ros.core.trust.assessment import Assessment as Assessment
+    from idem_ros.core.trust.assessment import Verdict as Verdict
 
 # Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
 _LOADED_LATER = {
-    'Cloud': 'cloud',
-    'Assessment': 'assessment',
+    'Cloud': 'metric.cloud',
+    'Assessment': 'trust.assessment',
     'RegistrationResult': 'result',
     'Status': 'status',
-    'Termination': 'newton',
-    'SolverTuning': 'tuning',
-    'TrustTuning': 'tuning',
-    'Verdict': 'assessment',
-    'fourth_neighbor_distance': 'metric',
-    'q_per_point': 'metric',
-    'q_tot': 'metric',
+    'Termination': 'solve.newton',
+    'SolverTuning': 'solve.tuning',
+    'TrustTuning': 'solve.tuning',
+    'Verdict': 'trust.assessment',
+    'fourth_neighbor_distance': 'metric.q_tot',
+    'q_per_point': 'metric.q_tot',
+    'q_tot': 'metric.q_tot',
     'register': 'registration',
-    'search_radius': 'metric',
-    'Landscape': 'landscape',
-    'region_along_axes': 'region_of_interest',
-    'region_on_grid': 'region_of_interest',
+    'search_radius': 'metric.q_tot',
+    'Landscape': 'metric.landscape',
+    'region_along_axes': 'metric.region_of_interest',
+    'region_on_grid': 'metric.region_of_interest',
     'warm_up': 'compilation',
 }
 

@@ -10,23 +10,23 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from idem_ros.core import se3
 from idem_ros.core.arrays import Transform
-from idem_ros.core.assessment import Assessment, assess, out_of_time, too_little
-from idem_ros.core.balls import between_origins, from_origins
 from idem_ros.core.blocks import OutOfTime, Workers, in_threads
-from idem_ros.core.cloud import Cloud, CloudLike, as_cloud
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.newton import Termination
-from idem_ros.core.observability import Observability, observability_of
-from idem_ros.core.pair import Pair, prepare
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.balls import between_origins, from_origins
+from idem_ros.core.metric.cloud import Cloud, CloudLike, as_cloud
+from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.result import RegistrationResult, agreement_at, result_at
-from idem_ros.core.scope import judged_in_scope
+from idem_ros.core.solve.newton import Termination
+from idem_ros.core.solve.pair import Pair, prepare
+from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.stages import Descent, descend, not_begun, stay
 from idem_ros.core.status import Status
-from idem_ros.core.tuning import SolverTuning, TrustTuning
-from idem_ros.core.voxel_size import size_found, with_voxel_size
+from idem_ros.core.trust.assessment import Assessment, assess, out_of_time, too_little
+from idem_ros.core.trust.observability import Observability, observability_of
+from idem_ros.core.trust.scope import judged_in_scope
 
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
 SOLVER, TRUST = SolverTuning(), TrustTuning()

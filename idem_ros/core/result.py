@@ -4,18 +4,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from idem_ros.core import se3
 from idem_ros.core.arrays import Floats, Mask, Matrix6, Point, Transform
-from idem_ros.core.assessment import ROS_ORDER, Agreement, Assessment, Verdict
-from idem_ros.core.balls import Balls, from_origins
-from idem_ros.core.entropy import length_unit
-from idem_ros.core.metric import overlap_of
-from idem_ros.core.newton import Solution, Termination
-from idem_ros.core.observability import Observability
-from idem_ros.core.pair import Pair
-from idem_ros.core.stages import Descent
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.balls import Balls, from_origins
+from idem_ros.core.metric.entropy import length_unit
+from idem_ros.core.metric.q_tot import overlap_of
+from idem_ros.core.metric.voxel_size import size_found
+from idem_ros.core.solve.descent import Descent
+from idem_ros.core.solve.newton import Solution, Termination
+from idem_ros.core.solve.pair import Pair
 from idem_ros.core.status import Status
-from idem_ros.core.voxel_size import size_found
+from idem_ros.core.trust.assessment import ROS_ORDER, Agreement, Assessment, Verdict
+from idem_ros.core.trust.observability import Observability
 
 LEAST_PROBABILITY = 0.5
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from idem_ros.core.pair import Stage
+    from idem_ros.core.solve.pair import Stage
 
 LEAST_CONFIDENCE = 0.5
 

@@ -1,32 +1,12 @@
 """The stages of a registration, coarse to fine: each starts where the one before it ended."""
 
-from typing import NamedTuple
-
-import numpy as np
-
 from idem_ros.core.arrays import Transform, Twists
-from idem_ros.core.balls import Balls
-from idem_ros.core.basin import FIRST, LAST, confidence
 from idem_ros.core.blocks import OutOfTime
-from idem_ros.core.cost import JointEntropy
-from idem_ros.core.newton import Criteria, Solution, Termination, minimize
-from idem_ros.core.pair import Pair, Stage, wider_stage
 from idem_ros.core.retry import Try, next_try
-
-
-class Descent(NamedTuple):
-    """Where the stages gone through so far ended."""
-
-    solution: Solution
-    cost: JointEntropy | None = None  # of the latest stage; None: there was no time for one
-    first: Balls | None = None  # of the first stage; None: there was one stage only
-    iterations: int = 0  # over all stages
-    confidence: float = np.nan  # that coarse stages ended in the right valley; nan: there are none
-
-
-def not_begun(T: Transform) -> Descent:
-    """Return the `Descent` through no stage: at T."""
-    return Descent(Solution(T, np.zeros((6, 6)), 0, Termination.NOT_STARTED, 0))
+from idem_ros.core.solve.descent import Descent, not_begun
+from idem_ros.core.solve.newton import Criteria, Solution, Termination, minimize
+from idem_ros.core.solve.pair import Pair, Stage, wider_stage
+from idem_ros.core.trust.basin import FIRST, LAST, confidence
 
 
 def stay(pair: Pair, T: Transform) -> Descent:

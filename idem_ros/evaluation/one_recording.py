@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.evaluation.settings import Settings
+from idem_ros.replay.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ def evaluated(task, progress=lambda messages, total: messages):
     Returns:
         `Outcome`; what is wrong with a recording is in it, not raised.
     """
-    from idem_ros.evaluation.provenance import made_by
-    from idem_ros.evaluation.record_text import record_text
-    from idem_ros.evaluation.run import run_each
-    from idem_ros.evaluation.summary import json_record, why_nothing
     from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.replay.provenance import made_by
+    from idem_ros.replay.run import run_each
+    from idem_ros.results.record_text import record_text
+    from idem_ros.results.summary import json_record, why_nothing
 
     try:
         input_ = fingerprint(task.path)

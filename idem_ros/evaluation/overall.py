@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from idem_ros.evaluation.result_file import COUNTS
-from idem_ros.markdown import number, table
-from idem_ros.printable import printable
+from idem_ros.results.result_file import COUNTS
+from idem_ros.terminal.markdown import number, table
+from idem_ros.terminal.printable import printable
 
 PERCENTILES = {
     'time_ms': {'median': 50, 'p95': 95},

@@ -4,11 +4,11 @@ import json
 import re
 from pathlib import Path
 
-from idem_ros.atomic_file import UnwritableFile, replacing
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import identity
-from idem_ros.evaluation.result_file import read_result
-from idem_ros.structured_text import parse_json
+from idem_ros.files.atomic_file import UnwritableFile, replacing
+from idem_ros.files.structured_text import parse_json
+from idem_ros.results.result_file import read_result
 
 MADE_WITH, SUMMARY = 'evaluation.json', 'summary.json'
 """What all results of a folder are made with, and what they are together."""

@@ -8,7 +8,7 @@ from multiprocessing.sharedctypes import RawArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
-from idem_ros.worker_pool import worker_pool
+from idem_ros.evaluation.worker_pool import worker_pool
 
 RUNS = 3  # of a recording whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are

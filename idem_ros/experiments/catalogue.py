@@ -2,12 +2,12 @@
 
 import json
 
-from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
 from idem_ros.experiments import table1, table2
 from idem_ros.experiments.experiment import Experiment, settings_of
 from idem_ros.experiments.figures import FIGURES
-from idem_ros.structured_text import parse_json
+from idem_ros.files.atomic_file import replacing
+from idem_ros.files.structured_text import parse_json
 
 # To add one: write `run(context)` in a module of this folder and add its record here.
 EXPERIMENTS = (

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from idem_ros.atomic_file import replacing
 from idem_ros.experiments.models import Model
-from idem_ros.printable import cell
+from idem_ros.files.atomic_file import replacing
+from idem_ros.terminal.printable import cell
 
 DPI = 200
 

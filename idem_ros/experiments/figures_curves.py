@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import search_radius
-from idem_ros.core.displacement import q_on_grid
-from idem_ros.core.region_of_interest import nearest_maximum
+from idem_ros.core.metric.displacement import q_on_grid
+from idem_ros.core.metric.region_of_interest import nearest_maximum
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import axis_label, canvas
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.experiments.maps import landscape_of, symmetric_range
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 # The paper names a < 1, a = 1 and a wider than the cloud; the others are read off no list.
 VALUES_OF_A = (0.5, 0.75, 1.0, 1.5, 2.0, 4.0, 8.0, 16.0, 32.0)

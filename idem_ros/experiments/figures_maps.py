@@ -13,7 +13,7 @@ from idem_ros.experiments.maps import (
     rmse_maps,
     symmetric_range,
 )
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 XY, TURNS = ('x', 'y'), ('rx', 'ry')
 

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.displacement import q_on_grid
-from idem_ros.core.region_of_interest import (
+from idem_ros.core.metric.displacement import q_on_grid
+from idem_ros.core.metric.region_of_interest import (
     AxialRegion,
     GridRegion,
     region_along_axes,
@@ -24,7 +24,7 @@ from idem_ros.experiments.drawing import (
 )
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.experiments.maps import landscape_of, q_map, symmetric_range
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 SHIFTS, TURNS = ('x', 'y', 'z'), ('rx', 'ry', 'rz')
 HEADER = ('panel', *SHIFTS, *TURNS, 'q_tot', 'inside_roi')
@@ -196,7 +196,7 @@ def _page(figure, context, case, along_axes: AxialRegion, volumes):
         f'**Here.** {case.description}: {len(case.target)} and {len(case.source)} points, a = 1, '
         'lengths in mm. The region of interest is what lies on the side of the pose of the '
         'watershed between the pose and the edge of the grid; along an axis it ends at the '
-        'nearest maximum (`idem_ros.core.region_of_interest`). Rotations are around the '
+        'nearest maximum (`idem_ros.core.metric.region_of_interest`). Rotations are around the '
         "centroid of the source. The paper's picture is not part of its source.",
         '',
         *(_of_volume(volume) for volume in volumes),

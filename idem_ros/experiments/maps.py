@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from idem_ros.core.displacement import displaced, offsets_on_grid, q_on_grid
-from idem_ros.core.landscape import Landscape
-from idem_ros.core.region_of_interest import region_on_grid
+from idem_ros.core.metric.displacement import displaced, offsets_on_grid, q_on_grid
+from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.region_of_interest import region_on_grid
 from idem_ros.experiments.distances import CloudDistances
 
 MAP_HEADER = ('panel', 'axis_1', 'axis_2', 'offset_1', 'offset_2', 'value', 'inside_roi')
@@ -22,7 +22,7 @@ class Map:
     Attributes:
         title: which clouds, in which order.
         label: of the colour bar, with the unit.
-        axes: two names of `idem_ros.core.displacement.AXES`; the rows' first.
+        axes: two names of `idem_ros.core.metric.displacement.AXES`; the rows' first.
         coordinates: (m,) and (n,) offsets [unit]; 0 is perfect alignment.
         values: (m, n).
         unit: of the offsets: 'mm', 'm' or 'deg'.

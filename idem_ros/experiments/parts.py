@@ -2,7 +2,7 @@
 
 import json
 
-from idem_ros.atomic_file import replacing
+from idem_ros.files.atomic_file import replacing
 
 
 def write_part(path, made_with, record):

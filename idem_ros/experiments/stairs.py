@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from idem_ros.core.se3 import transform_points
+from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.scene import Scene, box
 

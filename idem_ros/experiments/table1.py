@@ -7,7 +7,7 @@ import numpy as np
 
 from idem_ros.core import Cloud, q_tot, search_radius
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 TRIALS, QUICK_TRIALS = 1000, 60
 FACTOR = 1.5  # within which a mean counts as the paper's

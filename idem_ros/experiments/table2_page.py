@@ -7,7 +7,7 @@ import numpy as np
 from idem_ros.experiments.distances import Distances
 from idem_ros.experiments.models import R_4TH
 from idem_ros.experiments.table2_paper import METRICS, PAPER
-from idem_ros.markdown import table
+from idem_ros.terminal.markdown import table
 
 TITLES = tuple(METRICS.values())
 RADII_DIFFER = 0.05  # of the paper's

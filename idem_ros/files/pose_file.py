@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
-from idem_ros.core.se3 import checked_transform
+from idem_ros.core.geometry.se3 import checked_transform
+from idem_ros.files.atomic_file import replacing
 from idem_ros.files.text_lines import numbered_lines, text_of
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
-from idem_ros.transform_message import matrix_from, translation_and_quaternion
+from idem_ros.messages.transform_message import matrix_from, translation_and_quaternion
 
 EXPECTED = (
     'a 4x4 matrix or its first three rows, in rows or in one line, or one line t x y z qx qy qz qw'

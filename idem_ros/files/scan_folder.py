@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.core.se3 import checked_transform
+from idem_ros.core.geometry.se3 import checked_transform
 from idem_ros.files.cloud_file import KINDS, READERS
 from idem_ros.files.trajectory_file import read_trajectory
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.atomic_file import replacing
 from idem_ros.core.exceptions import IdemError
-from idem_ros.core.se3 import checked_transform
+from idem_ros.core.geometry.se3 import checked_transform
+from idem_ros.files.atomic_file import replacing
 from idem_ros.files.pose_file import tum_line, words_of
 from idem_ros.files.text_lines import numbered_lines, text_of
 from idem_ros.files.unreadable import refuse_special
-from idem_ros.transform_message import matrix_from
+from idem_ros.messages.transform_message import matrix_from
 
 TUM_NUMBERS, KITTI_NUMBERS = 8, 12
 CSV_HEADER = 'stamp,x,y,z,qx,qy,qz,qw'

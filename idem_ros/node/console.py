@@ -3,9 +3,9 @@
 import re
 from typing import Protocol
 
-from idem_ros.diagnostics import OK, headline, is_registered, level
-from idem_ros.printable import printable
-from idem_ros.refinement import Refinement
+from idem_ros.refinement.diagnostics import OK, headline, is_registered, level
+from idem_ros.refinement.refiner import Refinement
+from idem_ros.terminal.printable import printable
 
 EVERY = 5.0  # [s] drops, losses and bad verdicts are said so often at most
 AGAIN = 60.0  # [s] what is waited for is said again, although it did not change

@@ -10,10 +10,10 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
-from idem_ros.diagnostics import headline
 from idem_ros.node.interface import SERVICES
 from idem_ros.node.messages import message_class
-from idem_ros.refinement import Refinement
+from idem_ros.refinement.diagnostics import headline
+from idem_ros.refinement.refiner import Refinement
 
 
 class Answer(NamedTuple):

@@ -9,16 +9,16 @@ from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
-from idem_ros.guesses import FOLLOWING, GuessConfig
+from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.node.hearing import Hearing
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import Subscriptions, require_messages
 from idem_ros.node.traffic import Traffic
-from idem_ros.pair import Pair, Refusal
-from idem_ros.pairing import Pairing
-from idem_ros.targets import PairingConfig, UnusableTarget
-from idem_ros.transform_message import stamp_ns
+from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
+from idem_ros.pairing.pair import Pair, Refusal
+from idem_ros.pairing.pairing import Pairing
+from idem_ros.pairing.targets import PairingConfig, UnusableTarget
 
 RECEIPTS_KEPT = 64
 PERIOD = 0.25  # [s] between looks at what publishers offer

@@ -3,11 +3,11 @@
 from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
-from idem_ros.preprocessing import PreprocessingConfig
-from idem_ros.targets import PairingConfig
+from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
+from idem_ros.pairing.targets import PairingConfig
+from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 
 @dataclass(frozen=True)

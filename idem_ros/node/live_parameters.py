@@ -7,12 +7,12 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
-from idem_ros.guesses import GuessConfig
 from idem_ros.node.interface import CONFIGS
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.outputs import require_outputs
 from idem_ros.node.parameters import declare_parameters, read_config, unknown_parameters
 from idem_ros.node.subscriptions import require_messages
+from idem_ros.pairing.guesses import GuessConfig
 
 
 class LiveParameters:

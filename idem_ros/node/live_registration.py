@@ -10,8 +10,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from idem_ros.core import IdemError, RegistrationConfig
-from idem_ros.diagnostics import WARN
-from idem_ros.guesses import GuessConfig
+from idem_ros.messages.stamps import seconds
 from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, Control, answered, what_came_of
 from idem_ros.node.ending import warm_up
@@ -24,12 +23,13 @@ from idem_ros.node.refining import Job, Refining
 from idem_ros.node.report import PERIOD, Report
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.traffic import Traffic
-from idem_ros.pair import Pair, Refusal
-from idem_ros.preprocessing import PreprocessingConfig
-from idem_ros.q_tot_slice import slice_of
-from idem_ros.refinement import Refinement, Refiner
-from idem_ros.stamps import seconds
-from idem_ros.targets import PairingConfig
+from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.pair import Pair, Refusal
+from idem_ros.pairing.targets import PairingConfig
+from idem_ros.refinement.diagnostics import WARN
+from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.refinement.q_tot_slice import slice_of
+from idem_ros.refinement.refiner import Refinement, Refiner
 
 
 class LiveRegistration:

@@ -14,12 +14,12 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from idem_ros.core import IdemError
-from idem_ros.interrupts import held_back
+from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.node.child import ended, node_command
 from idem_ros.node.player import Pace, Player, playing_node
 from idem_ros.recording.reader import Recording
 from idem_ros.recording.topics import Topics
-from idem_ros.transform_message import matrix_of, stamp_ns
+from idem_ros.terminal.interrupts import held_back
 
 QUEUE = 10
 START_PATIENCE = 120.0  # [s] until the node listens; compiling with a cold cache takes most of it

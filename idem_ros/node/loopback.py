@@ -3,7 +3,7 @@
 import os
 import socket
 
-from idem_ros.installed_file import installed_file
+from idem_ros.files.installed_file import installed_file
 
 DOMAINS = 101  # the DDS ports of higher ids fall into the range of ephemeral ports
 LARGE_CLOUDS = 'config/fastdds_large_clouds.xml'

@@ -17,10 +17,10 @@ from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Float64
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.pointcloud2 import pack_points
-from idem_ros.q_tot_slice import QTotSlice
-from idem_ros.refinement import Refinement
-from idem_ros.transform_message import sec_and_nanosec, translation_and_quaternion
+from idem_ros.messages.pointcloud2 import pack_points
+from idem_ros.messages.transform_message import sec_and_nanosec, translation_and_quaternion
+from idem_ros.refinement.q_tot_slice import QTotSlice
+from idem_ros.refinement.refiner import Refinement
 
 UNKNOWN_VARIANCE = 1e6  # [m2] and [rad2]: a filter that takes it gives the pose no weight
 
@@ -124,7 +124,7 @@ def diagnostics_message(
         task: what of it the status is of.
         level: `DiagnosticStatus.OK`, `WARN`, `ERROR` or `STALE` (of type bytes in rclpy).
         text: the status in words, with the reason where something was refused.
-        values: what is known, as `idem_ros.diagnostics.refinement_values` gives it.
+        values: what is known, as `idem_ros.refinement.diagnostics.refinement_values` gives it.
         stamp: [ns].
     """
     status = DiagnosticStatus(

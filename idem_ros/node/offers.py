@@ -5,7 +5,7 @@ from typing import NamedTuple
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from idem_ros.guesses import POSE, STREAMED
+from idem_ros.pairing.guesses import POSE, STREAMED
 
 VOLATILE, TRANSIENT_LOCAL = 'volatile', 'transient_local'
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters import parameter, require_one_of
+from idem_ros.parameters.fields import parameter, require_one_of
 
 ALIGNED = 'aligned'
 PUBLISHED = ('all', ALIGNED)

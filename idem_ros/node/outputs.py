@@ -4,7 +4,6 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from idem_ros.core import Status
-from idem_ros.debug_clouds import aligned_points, points_with_q
 from idem_ros.node.interface import OUTPUTS, TF_OUTPUT
 from idem_ros.node.messages import (
     class_needed,
@@ -16,8 +15,9 @@ from idem_ros.node.messages import (
     transform_message,
 )
 from idem_ros.node.output_config import ALIGNED, OutputConfig
-from idem_ros.q_tot_slice import QTotSlice
-from idem_ros.refinement import Refinement, TookPart
+from idem_ros.refinement.debug_clouds import aligned_points, points_with_q
+from idem_ros.refinement.q_tot_slice import QTotSlice
+from idem_ros.refinement.refiner import Refinement, TookPart
 
 RESULTS_KEPT = 10
 SAID_AGAIN = 60.0  # [s], on the console

@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.node.interface import CONFIGS
-from idem_ros.parameters import (
+from idem_ros.parameters.fields import (
     default_of,
     description_of,
     is_whole,

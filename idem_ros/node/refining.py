@@ -9,8 +9,8 @@ from typing import Any
 from idem_ros.node.control import Answer, answered
 from idem_ros.node.rates import Utilisation
 from idem_ros.node.worker import LatestOnlyWorker
-from idem_ros.pair import Pair, refined
-from idem_ros.refinement import Refinement, Refiner
+from idem_ros.pairing.pair import Pair, refined
+from idem_ros.refinement.refiner import Refinement, Refiner
 
 
 @dataclass

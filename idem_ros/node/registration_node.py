@@ -104,7 +104,7 @@ def _node_class(is_managed: bool) -> type:
 def _name_other_nodes(node, args: list[str]) -> None:
     """Warn of parameter files that speak to other nodes only: ROS ignores them without a word."""
     from idem_ros.core import IdemError
-    from idem_ros.parameter_file import read_sections, speaks_to
+    from idem_ros.parameters.parameter_file import read_sections, speaks_to
 
     this = node.get_fully_qualified_name()
     for path in [path for option, path in pairwise(args) if option == '--params-file']:

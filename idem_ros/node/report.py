@@ -5,14 +5,14 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from idem_ros import diagnostics
-from idem_ros.diagnostics import ERROR, OK, STALE, WARN
 from idem_ros.node.console import Console
 from idem_ros.node.interface import OUTPUTS
 from idem_ros.node.messages import diagnostics_message
 from idem_ros.node.traffic import Load
-from idem_ros.printable import printable
-from idem_ros.refinement import Refinement
+from idem_ros.refinement import diagnostics
+from idem_ros.refinement.diagnostics import ERROR, OK, STALE, WARN
+from idem_ros.refinement.refiner import Refinement
+from idem_ros.terminal.printable import printable
 
 PERIOD = 1.0  # [s]
 STALE_AFTER = 5.0  # [s] without a result or a refusal

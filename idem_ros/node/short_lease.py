@@ -10,7 +10,7 @@ only; and when a publisher drops a cloud that a reliable reader has in part, the
 import os
 from pathlib import Path
 
-from idem_ros.installed_file import installed_file
+from idem_ros.files.installed_file import installed_file
 
 VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 IN_THE_WORKING_FOLDER = 'DEFAULT_FASTRTPS_PROFILES.xml'  # Fast DDS reads it, too

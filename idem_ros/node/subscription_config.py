@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from idem_ros.parameters import parameter, require_count, require_one_of
+from idem_ros.parameters.fields import parameter, require_count, require_one_of
 
 RELIABILITIES = ('best_effort', 'reliable')
 AUTO = 'auto'

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from idem_ros.diagnostics import OK, STALE, WARN
 from idem_ros.node.rates import SPAN, RecentValues, Utilisation
+from idem_ros.refinement.diagnostics import OK, STALE, WARN
 
 OTHER_CLOCK = 60.0  # [s] stamps farther from the node's clock are of another clock
 
@@ -14,7 +14,7 @@ class Load:
     """A report on the traffic."""
 
     level: int
-    """Of `idem_ros.diagnostics`."""
+    """Of `idem_ros.refinement.diagnostics`."""
     reason: str
     values: dict[str, str]
     dropped: int = 0

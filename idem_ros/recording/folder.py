@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.structured_text import UnreadableText, read_yaml
+from idem_ros.files.structured_text import UnreadableText, read_yaml
 
 KINDS = ('.mcap', '.db3', '.bag')
 COMPRESSED = ('.zstd', '.zst')

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from idem_ros.core.se3 import inverse
+from idem_ros.core.geometry.se3 import inverse
 from idem_ros.files.cloud_file import read_cloud
 from idem_ros.files.scan_folder import START, STEP
 from idem_ros.recording.messages import cloud_message, transform_message

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
-from idem_ros.pointcloud2 import pack_points
-from idem_ros.transform_message import sec_and_nanosec, translation_and_quaternion
+from idem_ros.messages.pointcloud2 import pack_points
+from idem_ros.messages.transform_message import sec_and_nanosec, translation_and_quaternion
 
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'

@@ -1,9 +1,9 @@
 """What a replay found as a recording: the messages of the live node, and how it was made."""
 
-from idem_ros.diagnostics import headline, level, refinement_values
 from idem_ros.recording.embedded import METADATA, RECORD
 from idem_ros.recording.messages import diagnostics_message, transform_message
 from idem_ros.recording.writer import write_mcap
+from idem_ros.refinement.diagnostics import headline, level, refinement_values
 
 DIAGNOSTICS_TOPIC = '/diagnostics'
 NODE = '/idem_node'

@@ -2,7 +2,7 @@
 
 from mcap.writer import CompressionType, Writer
 
-from idem_ros.atomic_file import replacing
+from idem_ros.files.atomic_file import replacing
 from idem_ros.recording.attachment import attach
 from idem_ros.recording.messages import typestore
 

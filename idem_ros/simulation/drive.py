@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.se3 import rotate
+from idem_ros.core.geometry.se3 import rotate
 
 
 def drive(scene, scans, rng, height_m=1.8, lateral_m=0.0):

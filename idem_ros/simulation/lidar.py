@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.se3 import checked_transform, rotate
+from idem_ros.core.geometry.se3 import checked_transform, rotate
 from idem_ros.simulation.raycast import cast
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from idem_ros.core import se3
+from idem_ros.core.geometry import se3
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.simulation.drive import drive, perturbed
 from idem_ros.simulation.lidar import Lidar, scan

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from idem_ros.core.se3 import transform_points, translation
+from idem_ros.core.geometry.se3 import transform_points, translation
 
 
 def _rows(*shape):

@@ -1,0 +1,1 @@
+"""The metric: balls, their moments and entropies, q_tot, Eq. 4 to 9."""

@@ -1,0 +1,140 @@
+"""The balls of one radius around the points of two clouds, and their members from both."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Indices, Side, Sides, Transform, Transforms
+from idem_ros.core.blocks import ALONE, Workers, in_blocks
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.candidates import (
+    SKIN,
+    CandidatePairs,
+    Candidates,
+    candidate_pairs,
+    still_hold,
+)
+from idem_ros.core.metric.cloud import Cloud, Neighbourhoods, neighbourhoods
+from idem_ros.core.metric.entropy import differences_at_each
+from idem_ros.core.metric.moments import TIE
+
+
+class Balls:
+    """The balls of two clouds at one radius, for transforms near one another.
+
+    Transforms are between the frames at the clouds' origins; see `between_origins`.
+
+    Args:
+        target, source: `Cloud`s.
+        radius: of the balls, > 0, in the clouds' unit.
+        workers: for the kernels; the results are the same for any number of threads.
+
+    Attributes:
+        target, source: their `Neighbourhoods`.
+
+    Raises:
+        OutOfTime: the workers are late; so do all methods.
+    """
+
+    def __init__(
+        self, target: Cloud, source: Cloud, radius: float, workers: Workers = ALONE
+    ) -> None:
+        self.radius, self.r2, self.workers = radius, radius * radius * TIE, workers
+        self.target, self.source = neighbourhoods([target, source], radius, workers)
+        self._pairs: CandidatePairs | None = None
+        self._sides_of: CandidatePairs | None = None
+        self._sides: Sides | None = None
+
+    @property
+    def clouds(self) -> tuple[Neighbourhoods, Neighbourhoods]:
+        """Target and source."""
+        return self.target, self.source
+
+    def pairs(self, T_target_source: Transform) -> CandidatePairs:
+        """Return the `CandidatePairs` near a transform, enumerated again where it has moved."""
+        if self._pairs is None or not still_hold(self._pairs, T_target_source, SKIN * self.radius):
+            reach = self.radius * TIE + SKIN * self.radius
+            grids = self.target.grid, self.source.grid
+            self._pairs = candidate_pairs(*grids, T_target_source, reach, self.workers)
+        return self._pairs
+
+    def sides(self, T_target_source: Transform, pairs: CandidatePairs | None = None) -> Sides:
+        """Return (centres, members) with the target's points as centres, and with the source's.
+
+        Plain tuples, which kernels are called with faster than with named ones: centres are
+        points (N, 3) and the moments of their balls in their own cloud (N, 10); members are the
+        other cloud's points (M, 3), in its own frame, their weights (M, 7) or (1, 7), and the
+        candidates of each centre i, member[first[i]:first[i + 1]], as the arrays first, member.
+
+        pairs: those to use; None: those near T.
+        """
+        pairs = self.pairs(T_target_source) if pairs is None else pairs
+        if self._sides is None or pairs is not self._sides_of:
+            target, source = self.target, self.source
+            self._sides = (
+                _side(target, source, pairs.of_target),
+                _side(source, target, pairs.of_source),
+            )
+            self._sides_of = pairs
+        return self._sides
+
+    def differences(
+        self, transforms: Transforms, chosen: Sequence[Indices]
+    ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Return q_i (Eq. 7) and the other's points in reach, (n, K) each, for either cloud.
+
+        Lengths are over the radius; each point counts once, whatever it stands for.
+
+        Args:
+            transforms: (K, 4, 4).
+            chosen: indices of the target's centres, and of the source's.
+        """
+        size, back = (self.radius, self.radius), se3.inverses(transforms)
+        return (
+            differences_at_each(self.target, self.source, transforms, *size, chosen[0]),
+            differences_at_each(self.source, self.target, back, *size, chosen[1]),
+        )
+
+    def agreement(self, T_target_source: Transform, scale: float) -> tuple[Floats, Floats]:
+        """Return (q_i, points of the other in reach), (2, N), of every point of either cloud.
+
+        In the order of the cloud's points, each counting once; lengths are over the scale.
+        """
+        T = np.asarray(T_target_source)[None]
+        return (
+            self._agreement(self.target, self.source, T, scale),
+            self._agreement(self.source, self.target, se3.inverses(T), scale),
+        )
+
+    def _agreement(
+        self, centres: Neighbourhoods, others: Neighbourhoods, transforms: Transforms, scale: float
+    ) -> Floats:
+        found = np.empty((2, len(centres.order)))
+
+        def fill(begin: int, end: int) -> None:
+            """Fill a block of the centres."""
+            some = np.arange(begin, end)
+            each = differences_at_each(centres, others, transforms, self.radius, scale, some)
+            found[:, centres.order[begin:end]] = np.array(each)[:, :, 0]
+
+        in_blocks(len(centres.order), self.workers, fill)
+        return found
+
+
+def _side(centres: Neighbourhoods, others: Neighbourhoods, candidates: Candidates) -> Side:
+    members = others.grid.points, others.weights, candidates.first, candidates.member
+    return (centres.grid.points, centres.own), members
+
+
+def between_origins(target: Cloud, source: Cloud, T_target_source: Transform) -> Transform:
+    """Return the transform between the frames at two clouds' origins."""
+    T = T_target_source.copy()
+    T[:3, 3] += T[:3, :3] @ source.origin - target.origin
+    return T
+
+
+def from_origins(target: Cloud, source: Cloud, T: Transform) -> Transform:
+    """Return T_target_source, given the transform between the frames at the clouds' origins."""
+    T_target_source = T.copy()
+    T_target_source[:3, 3] += target.origin - T[:3, :3] @ source.origin
+    return T_target_source

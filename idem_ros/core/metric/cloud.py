@@ -1,0 +1,282 @@
+"""A cloud prepared for the metric: what a rigid motion leaves alone, computed once and kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from idem_ros.core.arrays import Indices, Mask, MomentRows, Point, Points, Weights
+from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
+from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
+from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
+from idem_ros.core.geometry.grid import Grid, bounds, build_grid
+from idem_ros.core.geometry.voxels import reduce_to_voxels
+from idem_ros.core.jit import kernel
+from idem_ros.core.metric.candidates import SKIN
+from idem_ros.core.metric.kept import Kept
+from idem_ros.core.metric.moments import AS_MEASURED, TIE, own_moments
+from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
+from idem_ros.core.metric.voxel_size import Fit, fit_of
+
+Scalar = TypeVar('Scalar', bound=np.generic)
+
+KEPT = 8  # results of each kind: enough for two schedules of four stages
+CELL_MARGIN = 1.0 + 1e-9
+FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
+FINEST = 2.0**24  # voxels from the middle outwards: float32 tells no finer ones apart
+MIDDLE_SAMPLE = 64  # points, about, that the middle of a cloud is taken from
+
+
+class Cells(NamedTuple):
+    """A cloud's points in the order of the cells they lie in."""
+
+    grid: Grid
+    order: Indices  # (N,): grid.points = points[order]
+    weights: Weights  # (N, 7) or (1, 7): weight and scatter, in the same order
+
+
+class Neighbourhoods(NamedTuple):
+    """The same, each with the moments of the ball around it in its own cloud."""
+
+    grid: Grid
+    order: Indices
+    weights: Weights
+    unit: MomentRows  # (N, 10), each point counting once
+    own: MomentRows  # (N, 10), with weight and scatter; the same array where all have one and none
+
+
+class Cloud:
+    """Points to register, with what belongs to them alone kept between calls.
+
+    A target that does not change is made a `Cloud` once: later calls then cost nothing for it.
+    Threads may share one: nothing of it can be written, and what is kept is kept once.
+
+    Args:
+        points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
+            not finite, masked, or beyond 1e12, count in `dropped` and are left out of everything.
+
+    Attributes:
+        points: (K, 3) those that are left, minus `origin`; read-only.
+        origin: (3,) the middle of the cloud; read-only.
+        finite: (N,) bool: which of those given are left; read-only.
+        dropped: how many are not.
+
+    Raises:
+        InvalidCloud: another shape, not numbers, or no finite point.
+    """
+
+    def __init__(self, points: ArrayLike) -> None:
+        self._init(*_centred_points(points), AS_MEASURED, KEPT)
+
+    @classmethod
+    def for_one_call(cls, points: ArrayLike) -> Cloud:
+        """Return a cloud that keeps the latest result of each kind only: nobody else will ask."""
+        cloud = cls.__new__(cls)
+        cloud._init(*_centred_points(points), AS_MEASURED, 1)
+        return cloud
+
+    def _init(
+        self, origin: Point, finite: Mask, points: Points, weights: Weights, kept: int
+    ) -> None:
+        # Kernels take the arrays themselves: of read-only ones each would be compiled once more.
+        self._points, self._weights = points, weights
+        self.points: Points = _read_only(points)
+        self.origin: Point = _read_only(origin)
+        self.finite: Mask = _read_only(finite)
+        self.dropped = len(finite) - len(points)
+        self._kept = Kept(kept)
+
+    def __len__(self) -> int:
+        return len(self._points)
+
+    def __repr__(self) -> str:
+        return f'Cloud({len(self)} points)'
+
+    @property
+    def is_reduced(self) -> bool:
+        """Whether the points are means of voxels, and stand for others."""
+        return self._weights is not AS_MEASURED
+
+    def bounds(self) -> tuple[Point, Point]:
+        """Return the lowest and highest coordinates (3,), minus `origin`; computed once."""
+        return self._kept.get('bounds', None, lambda: bounds(self._points))
+
+    def fourth_neighbor_distance(self, most: int | None = None) -> float:
+        """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.
+
+        Of every point, or of every n-th, at least `most` of them; computed once.
+        """
+        if len(self) < 5:
+            raise InvalidCloud(
+                f'a cloud of {len(self)} points has no fourth neighbour; '
+                'give a radius, or at least 5 points'
+            )
+        return self._kept.get(
+            'spacing', most, lambda: mean_fourth_neighbor_distance(self._points, most)
+        )
+
+    def thickness(self, radius: float) -> tuple[float, float]:
+        """Return how thick surfaces are in balls of a radius, and their members' weight.
+
+        Of a sample of the points; computed once.
+        """
+        return self._kept.get('thickness', radius, lambda: self._thickness(radius))
+
+    def _thickness(self, radius: float) -> tuple[float, float]:
+        cells = self.in_cells(radius)
+        stride = max(len(self) // SAMPLE, 1)
+        unit, own = np.empty((2, -(-len(self) // stride), 10))
+        span = 0, len(own)
+        own_moments(cells.grid, cells.weights, radius * radius * TIE, span, stride, unit, own)
+        return thickness_and_members(own)
+
+    def in_cells(self, radius: float) -> Cells:
+        """Return the `Cells` for balls up to a radius and its skin; sorted once."""
+        return self._kept.get('cells', radius, lambda: self._in_cells(radius))
+
+    def _in_cells(self, radius: float) -> Cells:
+        grid, order = build_grid(self._points, radius * (1.0 + SKIN) * CELL_MARGIN)
+        weights = self._weights.take(order, axis=0) if self.is_reduced else self._weights
+        return Cells(grid, order, weights)
+
+    def crowding(self, radius: float) -> float:
+        """Return how many points share the cell of a point, on average; see `in_cells`."""
+        in_cell = np.diff(self.in_cells(radius).grid.start)
+        in_cell = in_cell[in_cell > 0].astype(np.float64)
+        return float(in_cell @ in_cell / len(self))
+
+    def require_resolved(self, voxel_size: float) -> None:
+        """Refuse voxels finer than single precision resolves the cloud's extent.
+
+        Raises:
+            InvalidConfig: it says how large they must be.
+        """
+        # half of the points: a stray, however far, says nothing of the extent
+        sample = self._points[:: max(len(self) // MIDDLE_SAMPLE, 1)]
+        extent = float(np.median(np.abs(sample).max(axis=1)))
+        if extent / voxel_size > FINEST:
+            raise InvalidConfig(
+                f'voxel_size is {voxel_size:g}, but the cloud reaches {extent:.3g} from its '
+                f'middle: it must be {extent / FINEST:.1g} at least, or none'
+            )
+
+    def voxel_fit(self) -> Fit | None:
+        """Return how the points fill voxels, a `Fit`, or None; computed once."""
+        return self._kept.get('voxel_fit', None, lambda: fit_of(self._points))
+
+    def reduced(self, voxel_size: float) -> Cloud:
+        """Return the cloud of voxel means, in this frame and with this origin; computed once.
+
+        Each mean has the weight and the scatter of the points that it stands for.
+        """
+        return self._kept.get('reduced', voxel_size, lambda: self._reduced(voxel_size))
+
+    def _reduced(self, voxel_size: float) -> Cloud:
+        cloud = Cloud.__new__(Cloud)
+        mean, weights = reduce_to_voxels(self._points, self._weights, voxel_size)
+        cloud._init(self.origin, np.ones(len(mean), bool), mean, weights, self._kept.most)
+        return cloud
+
+
+CloudLike = ArrayLike | Cloud  # (N, 3) points, or a `Cloud` made of them
+
+
+def neighbourhoods(
+    clouds: Sequence[Cloud], radius: float, workers: Workers = ALONE
+) -> list[Neighbourhoods]:
+    """Return the `Neighbourhoods` of each cloud at a radius; computed once and kept with it.
+
+    Raises:
+        OutOfTime: the workers are late.
+    """
+    new = [c for c in dict.fromkeys(clouds) if not c._kept.has('neighbourhoods', radius)]
+    cells = in_threads(workers, lambda cloud: cloud.in_cells(radius), new)
+    found = [Neighbourhoods(*each, *_room_for_moments(each)) for each in cells]
+    blocks = [(each, span) for each in found for span in spans(len(each.order), workers)]
+
+    def fill(block: tuple[Neighbourhoods, tuple[int, int]]) -> None:
+        """Fill the moments of a block of points."""
+        of, span = block
+        own_moments(of.grid, of.weights, radius * radius * TIE, span, 1, of.unit, of.own)
+
+    in_threads(workers, fill, blocks)
+    made = dict(zip(new, found, strict=True))
+
+    def kept(cloud: Cloud) -> Neighbourhoods:
+        """Return a cloud's; anew where it was let go of since it was looked up."""
+        get = cloud._kept.get
+        return get(
+            'neighbourhoods', radius, lambda: made.get(cloud) or neighbourhoods([cloud], radius)[0]
+        )
+
+    return [kept(cloud) for cloud in clouds]
+
+
+def _room_for_moments(cells: Cells) -> tuple[MomentRows, MomentRows]:
+    unit = np.empty((len(cells.order), 10))
+    return unit, np.empty_like(unit) if len(cells.weights) > 1 else unit
+
+
+def as_cloud(points: CloudLike) -> Cloud:
+    """Return a `Cloud` as it is, and anything else made into one, for one call."""
+    return points if isinstance(points, Cloud) else Cloud.for_one_call(points)
+
+
+def _read_only(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
+    points = _checked_points(points)
+    finite, kept = _finite(points)
+    if len(kept) == 0:
+        raise InvalidCloud(
+            f'the cloud has {len(points)} points and none is finite; at least one must be'
+        )
+    # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel. The
+    # median of a sample: a stray would drag the mean away, and with it the others' digits.
+    sample = np.sort(kept[:: max(len(kept) // MIDDLE_SAMPLE, 1)], axis=0)
+    origin = sample[len(sample) // 2].copy()
+    kept -= origin
+    return origin, finite, kept
+
+
+def _checked_points(points: Any) -> Points:
+    try:
+        masked = isinstance(points, np.ma.MaskedArray)
+        array: NDArray[Any] = (
+            cast(Any, points).astype(np.float64).filled(np.nan) if masked else np.asarray(points)
+        )
+        if array.dtype.kind not in 'fiub':
+            raise TypeError(f'its dtype is {array.dtype}')
+    except (TypeError, ValueError) as error:
+        raise InvalidCloud(f'the cloud is not an array of real numbers: {error}') from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        more = ', as points[:, :3] is' if array.ndim == 2 and array.shape[1] > 3 else ''
+        more = ', as points.T is' if array.ndim == 2 and array.shape[0] == 3 else more
+        raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3){more}')
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+@kernel
+def _finite(points: Points) -> tuple[Mask, Points]:
+    """Return which rows are finite and no farther than any measurement, and these rows."""
+    finite = np.empty(points.shape[0], np.bool_)
+    n = 0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        finite[i] = abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST
+        n += finite[i]
+    kept = np.empty((n, 3))
+    n = 0
+    for i in range(points.shape[0]):
+        if finite[i]:
+            for c in range(3):
+                kept[n, c] = points[i, c]
+            n += 1
+    return finite, kept

@@ -1,0 +1,124 @@
+"""The entropy of a ball (Eq. 4), and q_i (Eq. 7) of some points at many poses."""
+
+import numpy as np
+
+from idem_ros.core.arrays import (
+    Centres,
+    Floats,
+    Indices,
+    Integers,
+    Mask,
+    Moments,
+    Points,
+    Rotations,
+    Transforms,
+)
+from idem_ros.core.geometry.grid import Grid, neighbours, room_for
+from idem_ros.core.geometry.symmetric3 import determinant
+from idem_ros.core.jit import kernel
+from idem_ros.core.metric.cloud import Neighbourhoods
+from idem_ros.core.metric.moments import (
+    AS_MEASURED,
+    TIE,
+    ball_moments,
+    covariance,
+    into_frame,
+    plus,
+    point_of,
+    rotated,
+    row_of,
+)
+
+TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimensions
+MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
+
+
+@kernel
+def entropy(moments: Moments, scale: float) -> float:
+    """Eq. 4: h = 1/2 ln((2 pi e)^3 det Sigma + 1), lengths divided by the scale."""
+    if moments[0] <= MOST_WITHOUT_ENTROPY:
+        return 0.0
+    det = max(determinant(covariance(moments)), 0.0) / scale**6
+    return 0.5 * np.log1p(TWO_PI_E_CUBED * det)
+
+
+def length_unit(length_scale: str, radius: float) -> float:
+    """Return what lengths are divided by before an entropy is taken."""
+    return radius if length_scale == 'radius' else 1.0
+
+
+@kernel
+def fill_differences(
+    centres: Centres,
+    grid: Grid,
+    chosen: Indices,
+    motions: tuple[Rotations, Points],
+    size: tuple[float, float],
+    q: Floats,
+    reach: Floats,
+) -> None:
+    """Eq. 7 at each of K poses: fill q_i and the other cloud's points in reach, (n, K) each.
+
+    Args:
+        centres: points (N, 3), and moments (N, 10) of the balls around them in their own cloud,
+            each point counting once.
+        grid: the other cloud's `Grid`.
+        chosen: (n,) indices of centres.
+        motions: R (K, 3, 3) and t (K, 3) that take the other's frame to that of the centres.
+        size: squared radius, and what lengths are divided by.
+    """
+    (points, own), (R, t), (r2, scale) = centres, motions, size
+    found, rows = room_for(grid)
+    for c in range(chosen.shape[0]):
+        p, alone = point_of(points, chosen[c]), row_of(own, chosen[c])
+        h = entropy(alone, scale)
+        for k in range(R.shape[0]):
+            x = into_frame(p, R[k], t[k])
+            n = neighbours(x[0], x[1], x[2], grid, r2, found, rows)
+            reach[c, k] = n
+            q[c, k] = 0.0
+            if n > 0:
+                m, _ = ball_moments(x, grid.points, AS_MEASURED, found, 0, n, r2)
+                q[c, k] = entropy(plus(alone, rotated(R[k], m)), scale) - h
+
+
+@kernel
+def sums_of_each(q: Floats, reach: Floats, among: Mask) -> tuple[Floats, Integers]:
+    """Return sums over rows of q (n, K), and how many of reach (n, K) are above 0, (K,) each.
+
+    among (n,): which rows. Row by row: the same bits for any K.
+    """
+    total, within = np.zeros(q.shape[1]), np.zeros(q.shape[1], np.int64)
+    for i in range(q.shape[0]):
+        if among[i]:
+            for k in range(q.shape[1]):
+                total[k] += q[i, k]
+                within[k] += reach[i, k] > 0.0
+    return total, within
+
+
+def differences_at_each(
+    centres: Neighbourhoods,
+    others: Neighbourhoods,
+    transforms: Transforms,
+    radius: float,
+    scale: float,
+    chosen: Indices | None = None,
+) -> tuple[Floats, Floats]:
+    """Return what `fill_differences` does, (n, K) each: q_i and the other's points in reach.
+
+    Args:
+        centres, others: `Neighbourhoods` of the two clouds.
+        transforms: (K, 4, 4) that take the others' frame to that of the centres.
+        radius: of the balls, that of the neighbourhoods.
+        scale: what lengths are divided by.
+        chosen: (n,) indices of centres; None: all.
+    """
+    chosen = np.arange(len(centres.order)) if chosen is None else chosen
+    R, t = transforms[:, :3, :3], transforms[:, :3, 3]
+    motions = np.ascontiguousarray(R), np.ascontiguousarray(t)
+    q, reach = np.empty((2, len(chosen), len(transforms)))
+    size = radius * radius * TIE, scale
+    own = centres.grid.points, centres.unit
+    fill_differences(own, others.grid, chosen, motions, size, q, reach)
+    return q, reach

@@ -1,0 +1,88 @@
+"""How much of a ball is noise: the thickness of surfaces, and the wider ball it asks for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, MomentRows
+from idem_ros.core.geometry.symmetric3 import determinant
+from idem_ros.core.jit import kernel
+from idem_ros.core.metric.moments import covariance, row_of
+
+if TYPE_CHECKING:
+    from idem_ros.core.metric.cloud import Cloud
+
+
+QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvature, leaves
+LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise
+# Members along a line, as one ring of a LiDAR leaves them, lie on the ring's cone: no noise shows.
+LEAST_SPREAD = 0.08  # of the second axis against the first, about
+SAMPLE = 512  # balls of each cloud, about
+ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained nothing
+WIDEST = 2.0
+
+
+def widening(target: Cloud, source: Cloud, radius: float) -> float:
+    """Return by how much to widen balls of a radius, 1 to 2, for the noise of two `Cloud`s.
+
+    The means of k points of a surface of thickness s are known to s / sqrt(k); where the ball is
+    not wide against that, it tells the surface's direction badly. Measured, not derived: twice the
+    radius halves the error in a room at 9 standard deviations of noise, and doubles it in a
+    street at 50.
+    """
+    found = [cloud.thickness(radius) for cloud in (target, source)]
+    thickness = max(s for s, _ in found)
+    members = sum(k for _, k in found)
+    wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(members))) if members else 1.0
+    return float(np.clip(wanted, 1.0, WIDEST))
+
+
+def thickness_and_members(own: MomentRows) -> tuple[float, float]:
+    """Return the lower quartile of balls' thickness, and the median of their members.
+
+    own: (N, 10) moments of the balls.
+    """
+    squares, members = _of_sheets(own)
+    if len(squares) == 0:
+        return 0.0, 0.0
+    return float(np.sqrt(quantile(squares, QUARTILE))), quantile(members, 0.5)
+
+
+def share_of_sheets(own: MomentRows) -> float:
+    """Return how many of the balls that hold a few points hold a surface, 0 to 1; the rest lines.
+
+    own: (N, 10) moments of the balls.
+    """
+    squares, members = _of_sheets(own)
+    return len(squares) / max(len(members), 1)
+
+
+def quantile(values: Floats, share: float) -> float:
+    """Return what `np.quantile` does, a hundred microseconds sooner."""
+    at = share * (len(values) - 1)
+    low = int(at)
+    next_ = min(low + 1, len(values) - 1)
+    in_place = np.partition(values, (low, next_))
+    return float(in_place[low] + (at - low) * (in_place[next_] - in_place[low]))
+
+
+@kernel
+def _of_sheets(own: MomentRows) -> tuple[Floats, Floats]:
+    """Return the squared thickness of those balls that hold a sheet, and all balls' members."""
+    squares, members = np.empty(len(own)), np.empty(len(own))
+    n = m = 0
+    for i in range(len(own)):
+        k = own[i, 0]
+        if k < LEAST_MEMBERS:
+            continue
+        members[m] = k
+        m += 1
+        s = xx, xy, xz, yy, yz, zz = covariance(row_of(own, i))
+        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+        if minors > LEAST_SPREAD * (xx + yy + zz) ** 2:
+            # det / (sum of principal minors) is the least eigenvalue where it is much the least.
+            squares[n] = max(determinant(s), 0.0) / minors * k / (k - 3.0)
+            n += 1
+    return squares[:n], members[:m]

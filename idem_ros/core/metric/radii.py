@@ -1,0 +1,51 @@
+"""The radii of a registration: Eq. 9, and how wide each stage looks."""
+
+import numpy as np
+
+from idem_ros.core.blocks import Workers, in_threads
+from idem_ros.core.metric.cloud import Cloud
+
+SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
+STEPS_PER_OCTAVE = 8
+WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it
+
+
+def weighted_radius(a: float, target: Cloud, source: Cloud, most: int | None = None) -> float:
+    """Return r = a (r_4th(A) n_B + r_4th(B) n_A) / (n_A + n_B) of two `Cloud`s."""
+    r_target, r_source = (c.fourth_neighbor_distance(most) for c in (target, source))
+    n_target, n_source = len(target), len(source)
+    return a * (r_target * n_source + r_source * n_target) / (n_target + n_source)
+
+
+def wide_radius(target: Cloud, source: Cloud, a: float, workers: Workers) -> float:
+    """Return Eq. 9's radius of two `Cloud`s, of a sample; 0 where all points are in one place."""
+    in_threads(workers, lambda c: c.fourth_neighbor_distance(SAMPLE), (target, source))
+    return weighted_radius(a, target, source, SAMPLE)
+
+
+def last_radius(target: Cloud, source: Cloud, a: float, workers: Workers) -> float:
+    """Return the radius of the last stage: Eq. 9's, or less where one cloud is much denser.
+
+    No more than the geometric mean of the two spacings: Eq. 9 takes the spacing of the sparser
+    cloud, over which the dense one resolves a curvature that a ball would average away.
+    """
+    wide = wide_radius(target, source, a, workers)
+    spacings = [cloud.fourth_neighbor_distance(SAMPLE) for cloud in (target, source)]
+    return min(a * float(np.sqrt(np.prod(spacings))), wide) or wide
+
+
+def widest_useful(target: Cloud, source: Cloud) -> float:
+    """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
+    boxes = (cloud.bounds() for cloud in (target, source))
+    return WIDEST * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
+
+
+def rounded(radius: float) -> float:
+    """Return a radius rounded to an eighth of an octave.
+
+    A target prepared at one radius then serves every source alike.
+    """
+    if radius == 0.0:
+        return 0.0
+    octaves: np.float64 = np.log2(radius)
+    return float(2.0 ** (np.round(STEPS_PER_OCTAVE * octaves) / STEPS_PER_OCTAVE))

@@ -1,0 +1,207 @@
+"""A voxel size that suits two clouds: from spacing, thickness of surfaces, and extent.
+
+Each cloud is looked at once, at the sizes of one ladder, 2^(k/2) of its unit of length: how many
+voxels it fills, and down to which size balls of voxels hold surfaces. Two clouds take the finest
+size that suits both. The steps are coarse, so that the scans of a sensor, and a map that they are
+registered to, share a size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Indices, Points, Weights
+from idem_ros.core.config import AUTO, VOXEL_SIZES, RegistrationConfig
+from idem_ros.core.geometry.voxels import reduce_to_voxels
+from idem_ros.core.jit import kernel
+
+if TYPE_CHECKING:
+    from idem_ros.core.metric.cloud import Cloud
+
+
+PER_OCTAVE = 2
+MOST_VOXELS = 10_000  # of the cloud that fills fewer: what is finer costs more than it gains
+LEAST_VOXELS = 2_000  # what is coarser loses the scene; of small clouds half their points
+# Of voxels' edges, the flattest quarter of the surfaces: noise fills finer voxels. It is alike in
+# neighbouring pixels of a depth camera, so that their number does not help.
+MOST_THICKNESS = 0.055
+LEAST_SURFACES = 0.52  # of the balls of many points; the others hold lines, as rings of a LiDAR
+# Steps: a ball among voxels reaches as far as a cube of twice their edge, but holds most of its
+# points nearer to the middle, where it may be one ring.
+BALL, CORE = 2, 1
+FEWEST, MANY = 5, 10  # points that show how thick a surface is, and whether they are a line
+LEAST_SPREAD = 0.08  # of the second axis of a surface against the first, about
+LEAST_CUBES = 30  # fewer say nothing of a cloud
+ALONE = 2 / 3  # of the points: voxels that are as many hold one point each
+FEW_POINTS = 4_000  # of both clouds: taken as given
+SAMPLE = 8_000  # points, about, in cubes that are looked at whole
+CUBES, LEAST_SAMPLED = 400, 48  # of them in the cloud, at least, and of those looked at
+COARSE_SAMPLE = 4_096  # points that tell how many there are
+WIDENINGS = 4  # steps coarser than that, where balls still hold lines
+MOST_STEPS = 20  # down the ladder: of copies voxels never become as many as points
+
+
+class Fit(NamedTuple):
+    """How a cloud fills voxels, from a coarse size down to the finest that suits it."""
+
+    points: int
+    coarsest: int  # step of the ladder, see `edge`
+    voxels: tuple[int, ...]  # estimates: at the coarsest, at the next finer, ...
+
+    @property
+    def finest(self) -> int:
+        """Step of the finest size from which on balls hold surfaces, thin against them."""
+        return self.coarsest - len(self.voxels) + 1
+
+
+def with_voxel_size(
+    config: RegistrationConfig, target: Cloud, source: Cloud
+) -> RegistrationConfig:
+    """Return a `RegistrationConfig` whose voxel size is a number or None, never `AUTO`.
+
+    Args:
+        config: `RegistrationConfig`.
+        target, source: `Cloud`s; exchanged they are given the same size.
+    """
+    if config.voxel_size != AUTO:
+        return config
+    size = common_voxel_size(target.voxel_fit(), source.voxel_fit())
+    low, high = VOXEL_SIZES
+    return replace(config, voxel_size=size if size and low <= size <= high else None)
+
+
+def size_found(config: RegistrationConfig) -> float | None:
+    """Return the voxel size of what `with_voxel_size` returned; None: points as given."""
+    size = config.voxel_size
+    assert not isinstance(size, str), f'voxel_size is still {size!r}'
+    return size
+
+
+def common_voxel_size(one: Fit | None, other: Fit | None) -> float | None:
+    """Return the finest voxel size that suits both of two `Fit`s; None: points as given."""
+    if one is None or other is None or max(one.points, other.points) < FEW_POINTS:
+        return None
+    begin, end = max(one.finest, other.finest), min(one.coarsest, other.coarsest)
+    for step in range(begin, end):
+        if min(fit.voxels[fit.coarsest - step] for fit in (one, other)) <= MOST_VOXELS:
+            return edge(step)
+    return edge(end)
+
+
+def edge(step: int) -> float:
+    """Return the edge of the voxels of a step of the ladder, in the clouds' unit."""
+    return float(2.0 ** (step / PER_OCTAVE))
+
+
+def fit_of(points: Points) -> Fit | None:
+    """Return the `Fit` of (N, 3) points about their middle; None: too few, or all in one place."""
+    few = points[:: max(len(points) // COARSE_SAMPLE, 1)]
+    span = float(np.median(np.abs(few).max(axis=1)))
+    if len(points) < FEWEST or span == 0.0:
+        return None
+    step = _cube(few, int(np.ceil(PER_OCTAVE * np.log2(span))))
+    cubes = len(_cubes(few, step))
+    one_in = max(min(len(points) // SAMPLE, cubes // LEAST_SAMPLED), 1)
+    some = _in_chosen(points, edge(step), one_in)
+    sampled = points[some] if one_in > 1 and len(some) else points
+    least = min(LEAST_VOXELS, len(points) // 2)
+    coarsest, voxels = _down_the_ladder(sampled, step, one_in, least)
+    return Fit(len(points), coarsest, voxels)
+
+
+def _down_the_ladder(
+    sampled: Points, step: int, one_in: int, least: int
+) -> tuple[int, tuple[int, ...]]:
+    """Return the coarsest step that is of use, and how many voxels there are, by finer steps.
+
+    By points in one of so many cubes, from a step that is coarse enough. The coarsest has at least
+    so many voxels; where it does not suit it is the next coarser one that does.
+    """
+    cubes = {k: _cubes(sampled, k) for k in range(step, step + WIDENINGS + BALL + 1)}
+    while one_in * len(cubes[step]) < least and len(cubes) < MOST_STEPS:
+        step -= 1
+        cubes[step] = _cubes(sampled, step)
+    wider = range(step, step + WIDENINGS + 1)
+    coarsest = next((k for k in wider if _suits(cubes, k)), step)
+    voxels, step = [one_in * len(cubes[coarsest])], coarsest - 1
+    while coarsest not in wider[1:] and len(cubes) < MOST_STEPS:
+        cubes[step] = _cubes(sampled, step)
+        alone = len(cubes[step]) > ALONE * len(sampled)
+        if alone or not _suits(cubes, step):
+            break
+        voxels.append(one_in * len(cubes[step]))
+        step -= 1
+    return coarsest, tuple(voxels)
+
+
+def _cube(few: Points, step: int) -> int:
+    """Return the step at which a sample of points fills some hundreds of cubes."""
+    for finer in range(step, step - MOST_STEPS, -1):
+        if len(_cubes(few, finer)) >= min(CUBES, len(few) // 3):
+            return finer
+    return step
+
+
+def _cubes(points: Points, step: int) -> Weights:
+    """Return weight and scatter (M, 7) of the cubes that points fill."""
+    return reduce_to_voxels(points, _as_measured(len(points)), edge(step))[1]
+
+
+def _as_measured(n: int) -> Weights:
+    """Return weight and scatter (N, 7) of points as measured: one, and none."""
+    weights = np.zeros((n, 7))
+    weights[:, 0] = 1.0
+    return weights
+
+
+def _suits(cubes: dict[int, Weights], step: int) -> bool:
+    """Whether the cubes {step: weight and scatter} hold thin surfaces; unknown: yes."""
+    thickness, _, _ = _shapes(cubes[step + BALL])
+    if len(thickness) >= LEAST_CUBES:
+        quartile = np.partition(thickness, len(thickness) // 4)[len(thickness) // 4]
+        if quartile > MOST_THICKNESS * edge(step):
+            return False
+    _, surfaces, many = _shapes(cubes[step + CORE])
+    return many < LEAST_CUBES or surfaces >= LEAST_SURFACES * many
+
+
+@kernel
+def _in_chosen(points: Points, size: float, one_in: int) -> Indices:
+    """Return the indices of the points in every `one_in`-th cube, by a hash of its place."""
+    found, n = np.empty(len(points), np.int64), 0
+    for i in range(len(points)):
+        h = np.int64(0)
+        for c in range(3):
+            h = (h ^ np.int64(np.floor(points[i, c] / size))) * 0x5851F42D4C957F2D
+            h ^= (h >> 29) & 0x7FFFFFFFF
+        found[n] = i  # kept only if it is counted
+        n += (h & 0x7FFFFFFF) % one_in == 0
+    return found[:n].copy()
+
+
+@kernel
+def _shapes(weights: Weights) -> tuple[Floats, int, int]:
+    """Return the thickness of each surface, and of cubes of many points the surfaces and all.
+
+    Weights (N, 7) are weight and scatter of cubes. A surface's determinant over the sum of its
+    principal minors is the least eigenvalue; three of k points fix a plane, the others its noise.
+    """
+    thickness, n, surfaces, many = np.empty(len(weights)), 0, 0, 0
+    for i in range(len(weights)):
+        k = weights[i, 0]
+        if k < FEWEST:
+            continue
+        xx, xy, xz = weights[i, 1] / k, weights[i, 2] / k, weights[i, 3] / k
+        yy, yz, zz = weights[i, 4] / k, weights[i, 5] / k, weights[i, 6] / k
+        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+        is_surface = minors > LEAST_SPREAD * (xx + yy + zz) ** 2
+        many += k >= MANY
+        if is_surface:
+            det = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
+            thickness[n] = np.sqrt(max(det, 0.0) / minors * k / (k - 3.0))
+            n += 1
+            surfaces += k >= MANY
+    return thickness[:n], surfaces, many

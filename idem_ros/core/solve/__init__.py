@@ -1,0 +1,1 @@
+"""Its minimum: the costs, their linearisation, Newton steps."""

@@ -1,0 +1,25 @@
+"""Where a solve that goes through several stages has come to."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core.arrays import Transform
+from idem_ros.core.metric.balls import Balls
+from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.newton import Solution, Termination
+
+
+class Descent(NamedTuple):
+    """Where the stages gone through so far ended."""
+
+    solution: Solution
+    cost: JointEntropy | None = None  # of the latest stage; None: there was no time for one
+    first: Balls | None = None  # of the first stage; None: there was one stage only
+    iterations: int = 0  # over all stages
+    confidence: float = np.nan  # that coarse stages ended in the right valley; nan: there are none
+
+
+def not_begun(T: Transform) -> Descent:
+    """Return the `Descent` through no stage: at T."""
+    return Descent(Solution(T, np.zeros((6, 6)), 0, Termination.NOT_STARTED, 0))

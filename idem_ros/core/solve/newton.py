@@ -1,0 +1,170 @@
+"""Iterate on SE(3): linearise, solve, accept, terminate; for any cost."""
+
+from enum import Enum
+from math import hypot
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist, Twists
+from idem_ros.core.blocks import ALONE, OutOfTime, Workers
+from idem_ros.core.geometry import se3
+from idem_ros.core.jit import kernel
+
+FIRST_RELAXATION = 1.3  # the matrix is stiffer than the cost: a fourth fewer steps
+MOST_RELAXATION = 4.0
+OVERSHOT = 4.0  # times the decrement: a step twice as long
+MAJORISED = 2.0  # steps up to twice Newton's cannot raise a cost that its matrix majorises
+# The cost jumps where a member enters or leaves a ball. A minimum at such a jump is circled, not
+# reached, unless from here on moves may only grow shorter.
+PATIENCE = 15
+LEAST_STIFFNESS = 1e-9  # of the stiffest direction; below it a direction is left where it is
+
+
+class Termination(Enum):
+    """How an iteration ended."""
+
+    CONVERGED = 'converged'  # the step became short
+    MAX_ITERATIONS = 'max_iterations'
+    LATE = 'late'  # the budget was spent
+    NOT_STARTED = 'not_started'  # there was nothing to move, or nothing should
+
+
+class Cost(Protocol):
+    """What is minimised."""
+
+    def linearize(self, transform: Transform, /) -> tuple[Twist, Matrix6]:
+        """Return gradient and matrix at a transform, for a twist (omega, v) on its left."""
+        ...
+
+
+class Criteria(NamedTuple):
+    """When the iteration ends."""
+
+    max_iterations: int
+    rotation: float  # a shorter step is the last [rad]
+    translation: float  # likewise, in the unit of the translation
+    workers: Workers = ALONE  # whose deadline ends it, too
+
+
+class Solution(NamedTuple):
+    """Where the iteration ended."""
+
+    transform: Transform
+    matrix: Matrix6  # Gauss-Newton matrix there, twist (omega, v)
+    iterations: int
+    termination: Termination
+    loose: int  # directions without stiffness, left as they were
+
+    @property
+    def converged(self) -> bool:
+        """Whether a step became short."""
+        return self.termination is Termination.CONVERGED
+
+    @property
+    def circled(self) -> bool:
+        """Whether it went on past the patience, and did not converge."""
+        return not self.converged and self.iterations > PATIENCE
+
+
+def minimize(
+    cost: Cost, transform: Transform, criteria: Criteria, motions: Twists | None = None
+) -> Solution:
+    """Follow over-relaxed Newton steps until one is short in rotation and translation.
+
+    Args:
+        cost: a `Cost`.
+        transform: (4, 4) start.
+        criteria: `Criteria`.
+        motions: (6, k) twists that steps are made of; None: any.
+    """
+    relaxation, last = FIRST_RELAXATION, None
+    matrix, iteration, loose = np.zeros((6, 6)), 0, 0
+    try:
+        for iteration in range(1, criteria.max_iterations + 1):
+            gradient, matrix = cost.linearize(transform)
+            step, loose = _step(matrix, gradient, motions)
+            left = decrement(gradient, step)
+            if last is not None and not accept(left, last.left, relaxation):
+                relaxation, transform = 1.0, se3.exp(last.step) @ last.transform
+                continue
+            if last is not None:
+                secant = _secant(relaxation, last.step, step, matrix)
+                relaxation = secant if iteration <= PATIENCE else min(secant, relaxation)
+            last = _Move(transform, step, left)
+            transform = se3.exp(relaxation * step) @ transform
+            settled = step if iteration <= PATIENCE else relaxation * step
+            if hypot(*settled[:3]) <= criteria.rotation and (
+                hypot(*settled[3:]) <= criteria.translation
+            ):
+                return Solution(transform, matrix, iteration, Termination.CONVERGED, loose)
+            if criteria.workers.are_late():
+                raise OutOfTime
+    except OutOfTime:
+        return Solution(transform, matrix, iteration, Termination.LATE, loose)
+    return Solution(transform, matrix, iteration, Termination.MAX_ITERATIONS, loose)
+
+
+class _Move(NamedTuple):
+    transform: Transform  # before it
+    step: Twist  # Newton's there
+    left: float  # the decrement there
+
+
+def decrement(gradient: Twist, step: Twist) -> float:
+    """Return by how much Newton's step lowers the cost with every ball's members held."""
+    return -0.5 * float(gradient @ step)
+
+
+def accept(left: float, before: float, relaxation: float) -> bool:
+    """Whether a move is kept, given what the cost would still lose after it and before it.
+
+    As far as the matrix majorises the cost, with the members held, no move can raise it. A farther
+    one is an extrapolation: after one that leads where the next step is more than twice as long,
+    it is taken back to Newton's own.
+    """
+    return relaxation <= MAJORISED or left <= OVERSHOT * before
+
+
+def _secant(relaxation: float, last: Twist, step: Twist, matrix: Matrix6) -> float:
+    """Return Aitken's relaxation: how far along the last step would the step have vanished?"""
+    change = step - last
+    shrinking = -(last @ matrix @ change)
+    curvature = change @ matrix @ change
+    if shrinking <= 0.0 or relaxation * shrinking >= MOST_RELAXATION * curvature:
+        return MOST_RELAXATION
+    return float(relaxation * shrinking / curvature)
+
+
+def _step(matrix: Matrix6, gradient: Twist, motions: Twists | None) -> tuple[Twist, int]:
+    if motions is None:
+        return newton_step(matrix, gradient)
+    along, loose = newton_step(motions.T @ matrix @ motions, motions.T @ gradient)
+    return motions @ along, loose
+
+
+@kernel
+def newton_step(matrix: Floats, gradient: Floats) -> tuple[Floats, int]:
+    """Return the step down, (n,), and the number of directions too loose for one.
+
+    Rotations and translations are scaled to the same stiffness first.
+    """
+    n = matrix.shape[0]
+    scale, scaled = np.empty(n), np.empty((n, n))
+    for i in range(n):
+        scale[i] = 1.0 / np.sqrt(matrix[i, i]) if matrix[i, i] > 0.0 else 1.0
+    for i in range(n):
+        for k in range(n):
+            scaled[i, k] = matrix[i, k] * scale[i] * scale[k]
+    stiffness, axes = np.linalg.eigh(scaled)
+    step, free = np.zeros(n), 0
+    for k in range(n):
+        if stiffness[k] > LEAST_STIFFNESS * max(stiffness[n - 1], 0.0):
+            along = 0.0
+            for i in range(n):
+                along += axes[i, k] * scale[i] * gradient[i]
+            for i in range(n):
+                step[i] -= scale[i] * axes[i, k] * along / stiffness[k]
+        else:
+            free += 1
+    return step, free

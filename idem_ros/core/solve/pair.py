@@ -1,0 +1,196 @@
+"""Two clouds prepared to be registered: voxels, the radius of Eq. 9, and the stages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core.arrays import MomentRows
+from idem_ros.core.blocks import Workers, in_threads
+from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
+from idem_ros.core.metric.noise import widening
+from idem_ros.core.metric.radii import last_radius, rounded, wide_radius, widest_useful
+from idem_ros.core.metric.voxel_size import size_found
+from idem_ros.core.solve.ball_cost import BallCost
+from idem_ros.core.solve.cost import JointEntropy, NormalBalance
+from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
+
+FINE = 0.25  # of the radius: voxels of a crowded cloud
+ALIKE = 0.03  # of the radius squared: samplings at random differ by 0.01, from even ones by 0.08
+COPIES = 1e-9  # of the extent: points as near as that are one
+LEAST_POINTS = 5  # a point and its four neighbours
+
+
+class Sampling(NamedTuple):
+    """What differs between clouds of points as measured and clouds of voxels."""
+
+    last_radius: float  # of what Eq. 9 gives
+    apart: float  # of the radius: `SolverTuning.apart`
+    jumps: bool  # whether the minimum jumps by single points
+    levelled: bool  # whether curved surfaces are levelled where samplings differ
+
+
+class Stage(NamedTuple):
+    """One minimisation."""
+
+    radius: float
+    voxel_size: float | None  # None: the clouds as they were prepared
+    is_last: bool = False
+
+
+class Pair(NamedTuple):
+    """Two clouds, and the stages that they are registered in."""
+
+    target: Cloud
+    source: Cloud
+    stages: tuple[Stage, ...]  # coarse to fine; none where nothing can be registered
+    sampling: Sampling
+    config: RegistrationConfig
+    tuning: SolverTuning
+    trust: TrustTuning
+    workers: Workers
+
+    @property
+    def is_small(self) -> bool:
+        """Whether a cloud has too few points to be registered."""
+        return min(map(len, self.clouds)) < LEAST_POINTS
+
+    @property
+    def clouds(self) -> tuple[Cloud, Cloud]:
+        """Target and source."""
+        return self.target, self.source
+
+    def swapped(self) -> Pair:
+        """Return the pair with target and source exchanged."""
+        return self._replace(target=self.source, source=self.target)
+
+    def balls(self, stage: Stage) -> Balls:
+        """Return the `Balls` of a stage, on voxels as coarse as it is wide."""
+        clouds = self.clouds
+        if stage.voxel_size is not None:
+            clouds = _reduced(clouds, stage.voxel_size, self.workers)
+        return Balls(*clouds, stage.radius, self.workers)
+
+    def cost(self, stage: Stage) -> JointEntropy:
+        """Return the cost of a stage: `NormalBalance` in the last, `JointEntropy` before."""
+        kind = NormalBalance if stage.is_last else JointEntropy
+        balls = self.balls(stage)
+        return kind(balls, self.ball_cost(balls, stage.is_last))
+
+    def ball_cost(self, balls: Balls, tangential: bool) -> BallCost:
+        """Return the `BallCost` of balls in a stage with the tangential weighting, or without."""
+        scale = length_unit(self.config.length_scale, balls.radius)
+        return BallCost(
+            r2=balls.r2,
+            c=TWO_PI_E_CUBED / scale**6,
+            noise=(self.tuning.noise * balls.radius) ** 2,
+            tangential=tangential,
+            valued=False,
+            apart2=(self.sampling.apart * balls.radius) ** 2,
+            levelled=tangential and self.sampling.levelled and not _are_alike(balls),
+        )
+
+
+def prepare(
+    target: Cloud,
+    source: Cloud,
+    config: RegistrationConfig,
+    tuning: SolverTuning,
+    trust: TrustTuning,
+    workers: Workers,
+) -> Pair:
+    """Return the `Pair`: voxels, radii of Eq. 9, the last one fit for noise.
+
+    It has no stages where a cloud has too few points, or all of them in one place.
+    """
+    clouds = target, source
+    voxel_size = size_found(config)
+    if voxel_size is not None:
+        for cloud in clouds:
+            cloud.require_resolved(voxel_size)
+        clouds = _reduced(clouds, voxel_size, workers)
+    pair = Pair(*clouds, (), _sampling(clouds, tuning), config, tuning, trust, workers)
+    if pair.is_small:
+        return pair
+    if wide_radius(*clouds, config.a, workers) == 0.0:
+        clouds = _without_copies(clouds[0]), _without_copies(clouds[1])
+        if min(map(len, clouds)) < LEAST_POINTS:
+            return pair
+    wide = wide_radius(*clouds, config.a, workers)  # Eq. 9
+    radius = pair.sampling.last_radius * last_radius(*clouds, config.a, workers)
+    radius = rounded(config.radius_schedule[-1] * radius)
+    if radius == 0.0:
+        return pair
+    clouds = _uncrowded(clouds, radius, tuning)  # copies have no thickness
+    in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
+    last = Stage(rounded(radius * widening(*clouds, radius)), None, is_last=True)
+    target, source = _uncrowded(clouds, last.radius, tuning)
+    pair = pair._replace(target=target, source=source)
+    return pair._replace(stages=(*_coarse_stages(pair, wide), last))
+
+
+def wider_stage(pair: Pair) -> Stage | None:
+    """Return a stage wider than the first; None where its balls would hold most of a cloud."""
+    first, factor = pair.stages[0], pair.tuning.wider
+    if factor * first.radius > widest_useful(*pair.clouds):
+        return None
+    assert first.voxel_size is not None, 'the first of one stage is the last'
+    return Stage(factor * first.radius, factor * first.voxel_size)
+
+
+def _coarse_stages(pair: Pair, wide: float) -> Iterator[Stage]:
+    """Yield the stages before the last, but for those whose balls would hold most of a cloud."""
+    widest = widest_useful(*pair.clouds)
+    finest = size_found(pair.config) or 0.0
+    for factor in pair.config.radius_schedule[:-1]:
+        radius = rounded(factor * wide)
+        if radius <= widest:
+            yield Stage(radius, max(factor * finest, pair.tuning.spacing * radius))
+
+
+def _sampling(clouds: Sequence[Cloud], tuning: SolverTuning) -> Sampling:
+    if all(cloud.is_reduced for cloud in clouds):
+        return Sampling(tuning.voxel_radius, tuning.apart, jumps=False, levelled=False)
+    return Sampling(1.0, math.inf, jumps=True, levelled=True)
+
+
+def _are_alike(balls: Balls) -> bool:
+    """Whether points are spread about those of their own cloud alike."""
+    spreads: list[float] = []
+    for own in (cloud.own[cloud.own[:, 0] > 1.0] for cloud in balls.clouds):
+        spreads.append(_spread(own) if len(own) else 0.0)
+    return bool(abs(spreads[0] - spreads[1]) <= ALIKE * balls.r2)
+
+
+def _spread(own: MomentRows) -> float:
+    return float(np.mean((own[:, 4] + own[:, 7] + own[:, 9]) / own[:, 0]))
+
+
+def _reduced(
+    clouds: tuple[Cloud, Cloud], voxel_size: float, workers: Workers
+) -> tuple[Cloud, Cloud]:
+    target, source = in_threads(workers, lambda cloud: cloud.reduced(voxel_size), clouds)
+    return target, source
+
+
+def _without_copies(cloud: Cloud) -> Cloud:
+    """Return a cloud with one point where points coincide; as it is, where all do."""
+    edge = COPIES * float(np.ptp(cloud.points))
+    return cloud.reduced(edge) if edge > 0.0 else cloud
+
+
+def _uncrowded(
+    clouds: tuple[Cloud, Cloud], radius: float, tuning: SolverTuning
+) -> tuple[Cloud, Cloud]:
+    """Reduce those clouds of which a ball would hold hundreds of points: copies, or far denser."""
+    target, source = (
+        cloud.reduced(FINE * radius) if cloud.crowding(radius) > tuning.crowded else cloud
+        for cloud in clouds
+    )
+    return target, source

@@ -1,0 +1,85 @@
+"""How much worse the clouds agree a radius away from a pose, along each motion that is held."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Indices, Integers, Transform, Transforms, Twist, Twists
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.entropy import sums_of_each
+
+SAMPLE = 128  # centres of each cloud, about
+
+
+def mean_contrast(balls: Balls, T_target_source: Transform, motions: Twists, sample: int) -> float:
+    """Return by how much q_mean is higher a radius to either side of a pose, on average.
+
+    Of a sample of the points that have a neighbour in the other cloud at the pose; 0 where none.
+
+    Args:
+        balls: `Balls` of the clouds.
+        T_target_source: (4, 4) pose, between the clouds' origins.
+        motions: (6, k) twists (omega, v) that move the surfaces by about 1.
+        sample: how many of each cloud, about.
+    """
+    pairs = balls.pairs(T_target_source)
+    near = [np.flatnonzero(np.diff(side.first)) for side in (pairs.of_target, pairs.of_source)]
+    chosen = [_sampled(some, sample) for some in near]
+    places = _around(T_target_source, balls.radius * motions)
+    q, within = _sums_in_reach(balls, places, chosen)
+    return float((q[1:] - q[0]).mean() / within[0]) if within[0] else 0.0
+
+
+def contrast_along(
+    balls: Balls,
+    T_target_source: Transform,
+    motion: Twist,
+    holders: Sequence[Indices],
+    sample: int,
+) -> float:
+    """Return the lesser rise of q_mean, a radius to either side along a motion, of what holds it.
+
+    Args:
+        motion: (6,) twist (omega, v) that moves the surfaces by 1.
+        holders: indices of centres of the target, and of the source, that have a neighbour in the
+            other cloud and hold the motion.
+    """
+    chosen = [_sampled(some, sample) for some in holders]
+    places = _around(T_target_source, balls.radius * motion[:, None])
+    each = balls.differences(places, chosen)
+    q = sum((q.sum(axis=0) for q, _ in each), np.zeros(len(places)))
+    return float((q[1:] - q[0]).min() / max(sum(map(len, chosen)), 1))
+
+
+def sums_at_each(
+    balls: Balls, transforms: Transforms, sample: int = SAMPLE
+) -> tuple[Floats, Integers]:
+    """Return the sum of q_i (K,) at transforms (K, 4, 4), and of how many points each is (K,).
+
+    Of a sample of the points in reach at the first; one out of reach at another counts 0 there.
+    """
+    chosen = [_sampled(np.arange(len(cloud.order)), sample) for cloud in balls.clouds]
+    return _sums_in_reach(balls, transforms, chosen)
+
+
+def _sums_in_reach(
+    balls: Balls, transforms: Transforms, chosen: Sequence[Indices]
+) -> tuple[Floats, Integers]:
+    (q, within), (q_source, within_source) = (
+        sums_of_each(q, reach, reach[:, 0] > 0.0)
+        for q, reach in balls.differences(transforms, chosen)
+    )
+    return q + q_source, within + within_source
+
+
+def _around(T: Transform, motions: Twists) -> Transforms:
+    """Return (2 k + 1, 4, 4): a pose, and those after each of (6, k) motions, forth and back."""
+    places = [T]
+    for motion in motions.T:
+        places += [se3.exp(motion) @ T, se3.exp(-motion) @ T]
+    return np.array(places)
+
+
+def _sampled(some: Indices, sample: int) -> Indices:
+    return some[:: max(round(len(some) / sample), 1)]

@@ -1,0 +1,164 @@
+"""How far a result may be from the truth: a sandwich, curvature about the scatter of the pull.
+
+At the minimum the pulls of all balls cancel. How much the rest would pull without those of one
+region, and how far that would move the result, is a sample of its error: the jackknife. Regions
+are wide, because neighbours err alike: they share points, rings of a scan and the flaws of a wall.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idem_ros.core.arrays import Floats, Indices, Integers, Matrix6, Points, Transform, Twists
+from idem_ros.core.geometry import se3
+from idem_ros.core.jit import kernel
+from idem_ros.core.metric.candidates import CandidatePairs
+from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.linearization import SUMS, linearize, of_both
+from idem_ros.core.solve.newton import LEAST_STIFFNESS
+from idem_ros.core.trust.observability import Observability
+
+# Edge of the cubes that err together: of the lever arm, and of the radius at least.
+REGION, LEAST_REGION = 0.27, 3.0
+PERIOD = 8  # regions along each axis, after which they repeat: a power of two
+SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
+STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
+LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
+LEVERAGE = 0.95  # most of a motion's stiffness that one region may have: a finite variance
+FLOOR = 1e-4  # of the radius: where the solver stops
+
+
+def by_region(
+    cost: JointEntropy, T_target_source: Transform, observability: Observability
+) -> tuple[Floats, Floats]:
+    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions, x fastest."""
+    balls = cost.balls
+    edge = max(REGION * observability.lever_arm, LEAST_REGION * balls.radius)
+    here = _region_of(balls.target.grid.points, np.eye(4), edge)
+    there = _region_of(balls.source.grid.points, np.ascontiguousarray(T_target_source), edge)
+    in_turn = _in_turn(here), _in_turn(there)
+    return _linearized(cost, T_target_source, in_turn, (here, there), PERIOD**3)
+
+
+def covariance_of(
+    cost: JointEntropy,
+    T_target_source: Transform,
+    observability: Observability,
+    pulls: Floats,
+    stiffness: Floats,
+) -> Matrix6:
+    """Return the (6, 6) covariance of a result's error, a twist (omega, v) on its left.
+
+    Args:
+        cost: that of the last stage.
+        T_target_source: (4, 4) where.
+        observability: there; along free motions the deviation is as far as the surfaces reach, or
+            1 rad: more would leak into what is held, for the axes are not known exactly.
+        pulls, stiffness: `by_region` there.
+    """
+    held, free = _firm_and_loose(observability, stiffness.sum(axis=0))
+    part, axes = _curvature(cost, T_target_source, held, observability)
+    # In these motions the whole stiffness, and then the curvature, are the identity.
+    firm = held @ axes
+    roots = firm / np.sqrt(part)
+    scatter = _scatter(pulls, stiffness, firm, roots)
+    units = observability.held
+    floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
+    return scatter + floor + observability.lever_arm**2 * free @ free.T
+
+
+def _scatter(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
+    """Return the jackknife's (6, 6): the sum over regions of how far the rest would move."""
+    some = stiffness[:, 3, 3] > 0.0
+    rest = np.eye(firm.shape[1]) - LEVERAGE * (firm.T @ stiffness[some] @ firm)
+    moves = np.linalg.solve(rest, (pulls[some] @ roots)[:, :, None])[:, :, 0] @ roots.T
+    return moves.T @ moves
+
+
+def _firm_and_loose(observability: Observability, matrix: Matrix6) -> tuple[Twists, Twists]:
+    """Return motions (6, k) of unit stiffness, and the others: those free, and without any."""
+    held = observability.held
+    stiffness, axes = np.linalg.eigh(held.T @ matrix @ held)
+    firm = stiffness > LEAST_STIFFNESS * stiffness.max(initial=0.0)
+    loose = np.concatenate([observability.free, held @ axes[:, ~firm]], axis=1)
+    return held @ axes[:, firm] / np.sqrt(stiffness[firm]), loose
+
+
+def _curvature(
+    cost: JointEntropy, T: Transform, held: Twists, observability: Observability
+) -> tuple[Floats, Floats]:
+    """Return the curvature over the majoriser's along axes (k, k) of the held motions, (k,).
+
+    The majoriser is wider than the cost: by how much, a sample of the centres tells.
+    """
+    balls = cost.balls
+    moved: Floats = np.linalg.norm(np.linalg.solve(observability.units, held), axis=0)
+    steps = STEP * balls.radius / moved
+    pairs = balls.pairs(T)
+    sizes = [len(cloud.order) for cloud in balls.clouds]
+    stride = max(min(sizes) // SAMPLE, 1)
+    some = tuple(np.arange(0, size, stride) for size in sizes)
+    nobody = tuple(np.zeros(size, np.int64) for size in sizes)
+    places = [T, *(se3.exp(move) @ T for move in (steps * held).T)]
+    found = [_linearized(cost, at, some, nobody, 1, pairs) for at in places]
+    pulls = np.concatenate([pull for pull, _ in found])
+    stiffness: Matrix6 = found[0][1][0]
+    change: Floats = (pulls[1:] - pulls[:1]) / steps[:, None]
+    sampled = held.T @ stiffness @ held
+    firmness = np.linalg.eigvalsh(sampled)
+    if (firmness <= LEAST_STIFFNESS * firmness.max(initial=0.0)).any():  # it met not all surfaces
+        return np.ones(len(sampled)), np.eye(len(sampled))
+    part, axes = np.linalg.eigh(_symmetric(np.linalg.solve(sampled, change @ held)))
+    return np.clip(part, LEAST_CURVATURE, MOST_CURVATURE), axes
+
+
+def _symmetric(matrix: NDArray[np.floating[Any]]) -> Floats:
+    return (matrix + matrix.T) / 2
+
+
+def _linearized(
+    cost: JointEntropy,
+    T: Transform,
+    chosen: Sequence[Indices],
+    regions: Sequence[Integers],
+    count: int,
+    pairs: CandidatePairs | None = None,
+) -> tuple[Floats, Floats]:
+    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of G regions of centres.
+
+    chosen: indices of the target's centres, and of the source's; regions: which one each is in.
+    """
+    sums = tuple(np.zeros((2, count, SUMS)))
+    sides = cost.balls.sides(T, pairs)
+    linearize(sides, se3.both_ways(T), cost.ball_cost, chosen, regions, sums)
+    _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
+    return pulls, stiffness
+
+
+@kernel
+def _region_of(points: Points, T: Transform, edge: float) -> Integers:
+    region, of_edge = np.empty(points.shape[0], np.int64), 1.0 / edge
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        number = 0
+        for axis in range(2, -1, -1):
+            place = T[axis, 0] * x + T[axis, 1] * y + T[axis, 2] * z + T[axis, 3]
+            number = PERIOD * number + (np.int64(np.floor(place * of_edge)) & (PERIOD - 1))
+        region[i] = number
+    return region
+
+
+@kernel
+def _in_turn(region: Integers) -> Integers:
+    """Return the indices of centres, one region's after another's."""
+    start, order = np.zeros(PERIOD**3 + 1, np.int64), np.empty(region.shape[0], np.int64)
+    for g in region:
+        start[g + 1] += 1
+    for g in range(PERIOD**3):
+        start[g + 1] += start[g]
+    for i in range(region.shape[0]):
+        order[start[region[i]]] = i
+        start[region[i]] += 1
+    return order

@@ -1,0 +1,97 @@
+"""Whether the surfaces that meet say anything of the clouds' scale.
+
+A rigid motion cannot bring a cloud of another scale home, but three walls of a room always find
+three others. Two things then show together: within the other cloud's extent half of the points
+meet nothing; and what meets looks the same at any scale, as planes through a corner do when the
+cloud grows about it. Each alone is common in right results: the first where scans see a thing from
+two sides, the second in a corner of a room.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Mask, MomentRows, Points, Transform
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.cloud import Neighbourhoods
+
+LEAST_MET = 0.55  # right results of scans from two sides have 0.45 and more
+# Of how far growing moves points, how far along their surfaces' normals (upper quartile): right
+# results with as little met have 0.40 and more, walls on walls at a wrong scale up to 0.29.
+LEAST_GROWTH = 0.34
+UPPER = 0.75  # quartile: of balls on edges the normals are anything
+LEAST_MEMBERS = 5.0
+FLAT = 4.0  # least second variance of a surface over its first
+SAMPLE = 2000  # balls of each cloud, about
+
+
+def scale_left_open(balls: Balls, reach: Floats, T_target_source: Transform) -> str:
+    """Say why a pose may be that of a cloud of another scale; empty where nothing speaks for it.
+
+    Args:
+        balls: `Balls` of the last radius.
+        reach: (N + M,): points of the other cloud in reach of the target's and of the source's.
+        T_target_source: (4, 4) the pose, between the clouds' origins.
+    """
+    sides = (balls.target, np.eye(4)), (balls.source, T_target_source)
+    of_each = np.split(reach, [len(balls.target.order)])
+    # what meets lies within the extent: where most do, most of those there do
+    if min(np.count_nonzero(r) / len(r) for r in of_each) >= LEAST_MET:
+        return ''
+    points = [se3.transform_points(T, side.grid.points) for side, T in sides]
+    meets = [r[side.order] > 0.0 for (side, _), r in zip(sides, of_each, strict=True)]
+    met = min(_met(points[0], points[1], meets[1]), _met(points[1], points[0], meets[0]))
+    if met >= LEAST_MET or _growth(sides, points, meets) >= LEAST_GROWTH:
+        return ''
+    return (
+        f'{1.0 - met:.0%} of the points within the extent of the other cloud meet nothing, and '
+        'those that meet would at any scale: is the scale of both the same?'
+    )
+
+
+def _met(others: Points, points: Points, meets: Mask) -> float:
+    """Return how many of the points within the others' extent have a neighbour there, 0 to 1."""
+    within = ((points >= others.min(axis=0)) & (points <= others.max(axis=0))).all(axis=1)
+    return meets[within].mean() if within.any() else 1.0
+
+
+def _growth(
+    sides: Sequence[tuple[Neighbourhoods, Transform]],
+    points: Sequence[Points],
+    meets: Sequence[Mask],
+) -> float:
+    """Return how far growing moves the surfaces that meet along their normals, 0 to 1.
+
+    What no rigid motion does as well; over the distance that the points move.
+    """
+    some: list[Points] = []
+    of_some: list[Points] = []
+    for (side, T), p, met in zip(sides, points, meets, strict=True):
+        balls = np.flatnonzero(met)
+        balls = balls[:: max(len(balls) // SAMPLE, 1)]
+        n, is_surface = _normals(side.own[balls])
+        some.append(p[balls][is_surface])
+        of_some.append(n[is_surface] @ T[:3, :3].T)
+    x, normals = np.vstack(some), np.vstack(of_some)
+    if len(x) == 0:
+        return 1.0
+    x = x - x.mean(axis=0)
+    arm = float(np.sqrt((x * x).sum(axis=1).mean()))
+    if arm == 0.0:
+        return 1.0
+    grown: Floats = (x * normals).sum(axis=1) / arm
+    moved: Floats = np.c_[np.cross(x, normals) / arm, normals]
+    best, *_ = np.linalg.lstsq(moved, grown, rcond=None)
+    return float(np.quantile(np.abs(grown - moved @ best), UPPER))
+
+
+def _normals(own: MomentRows) -> tuple[Points, Mask]:
+    """Return (N, 3) normals of balls of (N, 10) moments, and which hold a surface."""
+    k = np.maximum(own[:, 0], 1.0)
+    s = np.empty((len(own), 3, 3))
+    mean = own[:, 1:4] / k[:, None]
+    for c, (i, j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
+        s[:, i, j] = s[:, j, i] = own[:, 4 + c] / k - mean[:, i] * mean[:, j]
+    variances, axes = np.linalg.eigh(s)
+    return axes[:, :, 0], (own[:, 0] >= LEAST_MEMBERS) & (variances[:, 1] > FLAT * variances[:, 0])

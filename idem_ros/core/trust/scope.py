@@ -1,0 +1,91 @@
+"""What clouds cannot be judged: all in one plane, rounded too coarsely, or of another scale.
+
+A verdict on such clouds would be about what they have lost, so it is not given.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from idem_ros.core.arrays import Points, Transform
+from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.trust.assessment import LEAST_PROBABILITY, Agreement, Assessment, Verdict
+from idem_ros.core.trust.scale import scale_left_open
+
+FLAT = 1e-3  # of the radius: no point of a scan in a plane is farther from it
+COARSE = (
+    0.25  # of the radius: a room's error grows tenfold from there on, and p says nothing of it
+)
+SAMPLE = 1000  # points, about
+
+
+def out_of_scope(target: Cloud, source: Cloud, radius: float) -> str:
+    """Say why clouds cannot be judged at all, in one line; empty where they can.
+
+    Args:
+        target, source: `Cloud`s, as given (of points, not of voxels).
+        radius: of the balls that judge them.
+    """
+    if all(_is_flat(cloud.points, FLAT * radius) for cloud in (target, source)):
+        return 'all points lie in one plane: scans of 2D scanners are not supported'
+    for name, cloud in (('target', target), ('source', source)):
+        axis, step = _steps(cloud, COARSE * radius)
+        if step:
+            return (
+                f'{axis} of the {name} stands in steps of {step:.2g}, as float32 leaves it so far '
+                'from zero: subtract an offset before rounding to float32'
+            )
+    return ''
+
+
+def judged_in_scope(
+    said: Assessment,
+    target: Cloud,
+    source: Cloud,
+    balls: Balls,
+    agreement: Agreement,
+    T: Transform,
+) -> Assessment:
+    """Return an `Assessment` as it is, or what is left of it where clouds are out of scope.
+
+    Args:
+        said: the `Assessment` of a pose.
+        target, source: `Cloud`s, as given.
+        balls: `Balls` of the last radius, that judged it.
+        agreement: the `Agreement` there.
+        T: (4, 4) the pose, between the clouds' origins.
+    """
+    reason = out_of_scope(target, source, balls.radius)
+    if reason:
+        return replace(
+            said, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
+        )
+    reason = (
+        scale_left_open(balls, agreement.reach, T) if said.p_aligned >= LEAST_PROBABILITY else ''
+    )
+    if reason:
+        return replace(said, verdict=Verdict.LOW_OVERLAP, p_aligned=np.nan, reason=reason)
+    return said
+
+
+def _is_flat(points: Points, thickness: float) -> bool:
+    sample = _sampled(points)
+    middle = sample.mean(axis=0)
+    normal = np.linalg.svd(sample - middle, full_matrices=False)[2][-1]
+    return all((np.abs((some - middle) @ normal) <= thickness).all() for some in (sample, points))
+
+
+def _steps(cloud: Cloud, tolerated: float) -> tuple[str, float]:
+    """Return the axis that float32 has rounded most, and its step; 0.0 where none is coarse."""
+    sample = _sampled(cloud.points) + cloud.origin
+    steps = np.spacing(np.abs(sample).max(axis=0).astype(np.float32))
+    axis = int(np.argmax(steps))
+    values = sample[:, axis]
+    # doubles, and what was printed with all its digits, stand between the steps
+    is_rounded = steps[axis] > tolerated and (values.astype(np.float32) == values).all()
+    return 'xyz'[axis], float(steps[axis]) if is_rounded else 0.0
+
+
+def _sampled(points: Points) -> Points:
+    return points[:: max(len(points) // SAMPLE, 1)]

@@ -1,0 +1,1 @@
+"""What messages of ROS hold, as arrays: for rclpy and rosbags alike."""

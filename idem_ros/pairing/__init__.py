@@ -1,0 +1,1 @@
+"""Which target, source and guess belong together."""

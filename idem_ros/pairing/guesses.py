@@ -1,0 +1,279 @@
+"""Initial guesses: buffered by stamp, interpolated to a source's, refused where doubtful."""
+
+import math
+from bisect import bisect_left, insort
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.messages.stamps import NotYet, seconds
+from idem_ros.messages.transform_message import matrix_of, stamp_ns
+from idem_ros.parameters.fields import parameter, require_one_of, require_positive
+
+STREAMED = {
+    'transform': 'geometry_msgs/msg/TransformStamped',
+    'pose_with_covariance': 'geometry_msgs/msg/PoseWithCovarianceStamped',
+    'odometry': 'nav_msgs/msg/Odometry',
+}
+POSE = STREAMED['pose_with_covariance']  # what RViz's "2D Pose Estimate" sends, on /initialpose
+# on ~/initial_guess, by type
+HEARD = {**STREAMED, 'initial_pose': POSE, 'last': STREAMED['transform']}
+FOLLOWING = ('initial_pose', 'last')  # start where such a pose says, go on from the last result
+TF = 'tf2_msgs/msg/TFMessage'
+GUESS_TYPES = (*STREAMED, 'tf', *FOLLOWING, 'identity')
+KEPT = 256
+WALL_CLOCK = 10**17  # [ns], three years: no simulation runs so long, no clock of today says so
+
+
+class DoubtfulGuess(IdemError):
+    """Guesses of which none says where a source is: too old, too far apart, of other frames."""
+
+
+@dataclass(frozen=True)
+class GuessConfig:
+    """Where initial guesses come from, and when they are not believed."""
+
+    type: str = parameter(
+        'transform',
+        'where guesses come from: on ~/initial_guess, "transform" (TransformStamped), '
+        '"pose_with_covariance" (PoseWithCovarianceStamped) or "odometry" (Odometry); "tf" (the '
+        'source frame in the target frame, from /tf and /tf_static); "initial_pose" (the last '
+        "usable result of the same frames, from the pose that comes on /initialpose, as of RViz's "
+        '2D Pose Estimate, or on ~/initial_guess; every such pose and ~/reset begin anew); "last" '
+        '(the same, but it begins with the identity where no pose has come, and anew, too, with '
+        'the first TransformStamped on ~/initial_guess, whatever its stamp); "identity"',
+        name='initial_guess.type',
+        choices=GUESS_TYPES,
+    )
+    max_age: float | None = parameter(
+        1.0,
+        'a source is refused whose neighbouring guesses are farther from its stamp; one with its '
+        'own stamp, or with stamp 0, is of any age',
+        's',
+        name='initial_guess.max_age',
+    )
+    max_jump: float | None = parameter(
+        10.0,
+        'a source is refused whose neighbouring guesses are farther apart',
+        'm',
+        name='initial_guess.max_jump',
+    )
+
+    def __post_init__(self):
+        require_one_of('initial_guess.type', self.type, GUESS_TYPES)
+        for name in ('max_age', 'max_jump'):
+            if getattr(self, name) is not None:
+                require_positive(f'initial_guess.{name}', getattr(self, name))
+
+
+@dataclass(frozen=True)
+class Guess:
+    """Where a source is to be looked for."""
+
+    T_target_source: NDArray | None
+    """(4, 4); None: where the last result was."""
+    target_frame: str = ''
+    """Empty where the guess does not say; so `source_frame`."""
+    source_frame: str = ''
+    T_first: NDArray | None = None
+    """(4, 4), where it is before there is a result since the start; None: the identity."""
+    start: int = 0
+    """Tells starts apart: a result from before one is no guess for after."""
+    is_timeless: bool = False
+    """Whether it has stamp 0, and serves a source of any stamp."""
+
+
+class StampedPoses:
+    """The newest messages of a stream of poses, in the order of their stamps."""
+
+    def __init__(self, kept=KEPT):
+        self._kept = kept
+        self._stamps = []
+        self._messages = {}
+
+    def __len__(self):
+        return len(self._stamps)
+
+    def __contains__(self, stamp):
+        return stamp in self._messages
+
+    @property
+    def newest(self):
+        """The message with the latest stamp, of one at least."""
+        return self._messages[self._stamps[-1]]
+
+    def add(self, message):
+        """Keep a message; one of the same stamp gives way to it."""
+        stamp = stamp_ns(message)
+        if stamp not in self._messages:
+            insort(self._stamps, stamp)
+        self._messages[stamp] = message
+        if len(self._stamps) > self._kept:
+            del self._messages[self._stamps.pop(0)]
+
+    def forget_after(self, stamp):
+        """Forget what is later than a stamp [ns]."""
+        count = bisect_left(self._stamps, stamp + 1)
+        for late in self._stamps[count:]:
+            del self._messages[late]
+        del self._stamps[count:]
+
+    def around(self, stamp):
+        """Return the message of a stamp [ns], or the ones before and after it.
+
+        Returns:
+            List of one or two messages; a stamp before the first has that one only.
+
+        Raises:
+            NotYet: the stamp is after the newest.
+        """
+        if stamp in self._messages:
+            return [self._messages[stamp]]
+        i = bisect_left(self._stamps, stamp)
+        if not self._stamps:
+            raise NotYet('none has come')
+        if i == len(self._stamps):
+            age = seconds(stamp - self._stamps[-1])
+            raise NotYet(f'the newest is {age} older than the source')
+        return [self._messages[kept] for kept in self._stamps[max(i - 1, 0) : i + 1]]
+
+
+def pose_at(stamp, messages, config):
+    """Return the (4, 4) pose at a stamp [ns] from the one or two messages around it.
+
+    The pose of its own stamp is taken as it is; between two, the rotation is slerped and the
+    translation is linear; before the first one that one holds.
+
+    Raises:
+        DoubtfulGuess: they are farther from the stamp, or from each other, than `GuessConfig`
+            allows.
+        InvalidTransform: one of them is none.
+    """
+    stamps = [stamp_ns(message) for message in messages]
+    poses = [matrix_of(message) for message in messages]
+    if stamps == [stamp]:
+        return poses[0]
+    off = max(abs(kept - stamp) for kept in stamps)
+    if config.max_age is not None and off > config.max_age * 1e9:
+        raise DoubtfulGuess(
+            f'the nearest before or after the source is {seconds(off)} off; '
+            f'initial_guess.max_age is {config.max_age:g} s'
+        )
+    if len(poses) == 1:
+        return poses[0]
+    jump = math.dist(poses[0][:3, 3], poses[1][:3, 3])
+    if config.max_jump is not None and jump > config.max_jump:
+        raise DoubtfulGuess(
+            f'it jumps by {jump:.3g} m within the {seconds(stamps[1] - stamps[0])} around the '
+            f'source; initial_guess.max_jump is {config.max_jump:g} m'
+        )
+    return interpolated(*poses, (stamp - stamps[0]) / (stamps[1] - stamps[0]))
+
+
+def interpolated(first, second, fraction):
+    """Return the (4, 4) pose a fraction of the way from one to another, each at constant speed."""
+    rotations = Rotation.from_matrix([first[:3, :3], second[:3, :3]])
+    pose = np.eye(4)
+    pose[:3, :3] = Slerp([0.0, 1.0], rotations)(fraction).as_matrix()
+    pose[:3, 3] = (1.0 - fraction) * first[:3, 3] + fraction * second[:3, 3]
+    return pose
+
+
+class StreamedGuesses:
+    """Guesses that come as messages: TransformStamped, PoseWithCovarianceStamped or Odometry."""
+
+    def __init__(self):
+        self._poses = StampedPoses()
+        self._timeless = None
+        self._begins_at_zero = False
+
+    def __bool__(self):
+        return bool(self._poses) or self._timeless is not None
+
+    def stamps(self, message):
+        """Return (stream, stamp) of what a message holds."""
+        return [('initial_guess', stamp_ns(message))]
+
+    def add(self, message):
+        """Keep a guess; one with stamp 0 serves every source until another comes.
+
+        Where a source had that stamp, as under a simulated clock, it is a time like any other.
+
+        Raises:
+            InvalidTransform: one with stamp 0 is none; that before serves on.
+        """
+        if not stamp_ns(message):
+            matrix_of(message)
+        self._timeless = None if stamp_ns(message) else message
+        if self._timeless is None or self._begins_at_zero:
+            self._poses.add(message)
+
+    def forget_after(self, stamp):
+        """Forget what is later than a stamp [ns]."""
+        self._poses.forget_after(stamp)
+
+    def guess_for(self, stamp, target_frame, source_frame, config):
+        """Return the `Guess` for a source of a stamp [ns].
+
+        Raises:
+            NotYet: none can be made of what has come so far.
+            DoubtfulGuess, InvalidTransform: none will do.
+        """
+        if not stamp:
+            self._begin_at_zero()
+        is_time = self._begins_at_zero and stamp < WALL_CLOCK
+        if self._timeless is not None and stamp not in self._poses and not is_time:
+            return replace(_guess_of(self._timeless, matrix_of(self._timeless)), is_timeless=True)
+        messages = self._around(stamp)
+        if len({frames_of(message) for message in messages}) > 1:
+            raise DoubtfulGuess(
+                'those before and after the source are between different frames: '
+                + ' and '.join(
+                    f'{child!r} in {parent!r}' for parent, child in map(frames_of, messages)
+                )
+            )
+        return _guess_of(messages[0], pose_at(stamp, messages, config))
+
+    def _around(self, stamp):
+        try:
+            return self._poses.around(stamp)
+        except NotYet as missing:
+            if self._is_one_click:
+                hint = 'it is the only one: of initial_guess.type initial_pose it would suffice'
+                raise NotYet(f'{missing}; {hint}') from missing
+            raise
+
+    @property
+    def _is_one_click(self):
+        return len(self._poses) == 1 and not hasattr(self._poses.newest, 'child_frame_id')
+
+    def _begin_at_zero(self):
+        self._begins_at_zero = True
+        if self._timeless is not None:
+            self._poses.add(self._timeless)
+
+
+class IdentityGuess:
+    """The identity for every source."""
+
+    def __bool__(self):
+        return True
+
+    def forget_after(self, stamp):
+        """Forget nothing."""
+
+    def guess_for(self, stamp, target_frame, source_frame, config):
+        """Return the `Guess`."""
+        return Guess(np.eye(4))
+
+
+def _guess_of(message, pose):
+    return Guess(pose, *frames_of(message))
+
+
+def frames_of(message):
+    """Return the frames of target and source that a guess names; empty where it does not."""
+    return message.header.frame_id, getattr(message, 'child_frame_id', '')

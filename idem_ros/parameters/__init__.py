@@ -1,0 +1,1 @@
+"""Parameters: described once, read from anywhere."""

@@ -1,0 +1,1 @@
+"""From a pair of messages to a refined transform, live and offline."""

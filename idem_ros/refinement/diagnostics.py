@@ -1,0 +1,131 @@
+"""What diagnostics say of a refinement, in the same words live and in a replay."""
+
+from math import isfinite
+
+import numpy as np
+
+from idem_ros.core import Status, Verdict
+from idem_ros.core.geometry.se3 import skew
+
+OK, WARN, ERROR, STALE = range(4)
+WRONG = (Verdict.MISALIGNED, Verdict.SEPARATED, Verdict.OUTSIDE_BASIN)
+REASONS = {
+    'converged': 'converged: no step moves the source any more',
+    'max_iterations': 'max_iterations steps of a stage did not suffice',
+    'late': 'budget_ms was spent: this is the best until then',
+    'audited': 'mode is audit: the guess was judged, not moved',
+    'no_overlap': 'no point of one cloud has a neighbour in the other: the guess is too far off, '
+    'or they do not overlap',
+    'degenerate': 'the clouds do not hold every motion: see free_motions',
+    'too_few_points': 'a cloud has fewer than five points, or voxels',
+}
+
+
+def refinement_values(refinement, dropped):
+    """Return the {key: value} strings of a refinement; `dropped` counts inputs never refined."""
+    result = refinement.result
+    return {
+        'q_tot': repr(float(result.q_tot)),
+        'q_mean': repr(float(result.q_mean)),
+        'overlap': repr(float(result.overlap)),
+        'radius': repr(float(result.radius)),
+        'voxel_size': repr(float(result.voxel_size or 0.0)),  # as the parameter has it: 0.0: none
+        'iterations': str(result.iterations),
+        'status': result.status.value,
+        'reason': reason(result),
+        'milliseconds': f'{refinement.time_ms:.3f}',
+        **_assessment_values(refinement),
+        **{f'{stage}_ms': f'{ms:.3f}' for stage, ms in refinement.times._asdict().items()},
+        'points_target': str(refinement.points_target),
+        'points_source': str(refinement.points_source),
+        'cropped': str(refinement.cropped),
+        'thinned': str(refinement.thinned),
+        'dropped': str(dropped),
+    }
+
+
+def assessment_record(said):
+    """Return an `Assessment` as what JSON holds; None where unknown, {} for None."""
+    if said is None:
+        return {}
+    return {
+        'verdict': said.verdict.value,
+        'verdict_reason': said.reason,
+        'p_aligned': _known(said.p_aligned),
+        'free_motions': said.free,
+        'basin': _known(said.basin),
+        'swap_gap': _known(said.swap_gap),
+        'covariance': said.covariance.tolist(),
+    }
+
+
+def covariance_at(point, covariance, T_target_source):
+    """Move the (6, 6) covariance of an `Assessment` from the source's origin to a point of it.
+
+    Far from the origin the errors of rotation and translation cancel; at a point they do not.
+
+    Args:
+        point: (3,) in the source frame.
+        covariance: x y z rx ry rz, of the source frame's pose in the target frame.
+        T_target_source: (4, 4).
+    """
+    moved = np.eye(6)
+    moved[:3, 3:] = -skew(T_target_source[:3, :3] @ np.asarray(point, dtype=np.float64))
+    return moved @ covariance @ moved.T
+
+
+def is_registered(result):
+    """Return whether a registration found its pose: by the verdict, or without one converged."""
+    said = result.assessment
+    return result.converged if said is None else said.verdict is Verdict.ALIGNED
+
+
+def _known(number):
+    return float(number) if isfinite(number) else None
+
+
+def level(refinement):
+    """Return 0 (OK), 1 (WARN) or 2 (ERROR): by the verdict, or without one by the status.
+
+    An error is a result that is wrong; of the others that are not aligned nobody knows.
+    """
+    said = refinement.result.assessment
+    if said is None:
+        return OK if refinement.result.converged else WARN
+    if said.verdict is Verdict.ALIGNED:
+        return OK
+    return ERROR if said.verdict in WRONG else WARN
+
+
+def _assessment_values(refinement):
+    said = refinement.result.assessment
+    if said is None:
+        return {}
+    sigmas = said.covariance.diagonal() ** 0.5
+    return {
+        'verdict': said.verdict.value,
+        'verdict_reason': said.reason,
+        'p_aligned': repr(float(said.p_aligned)),
+        'free_motions': f'{said.free} of {refinement.source_frame}' if said.free else 'none',
+        'basin': repr(float(said.basin)),
+        'swap_gap': repr(said.swap_gap),
+        'sigma_xyz_m': _in_a_row(sigmas[:3]),
+        'sigma_xyz_rad': _in_a_row(sigmas[3:]),
+    }
+
+
+def _in_a_row(numbers):
+    return ' '.join(f'{number:.3g}' for number in numbers)
+
+
+def headline(result):
+    """Say in a sentence what is to be thought of a result: its verdict leads, or its status."""
+    said = result.assessment
+    return reason(result) if said is None else f'{said.verdict.value}: {said.reason}'
+
+
+def reason(result):
+    """Say in words why a result has its status; of a pose that was only judged, its verdict."""
+    if result.status is Status.AUDITED and result.assessment is not None:
+        return headline(result)
+    return REASONS.get(result.status.value, result.status.value)

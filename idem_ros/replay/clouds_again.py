@@ -1,0 +1,111 @@
+"""The clouds that frames of a result were refined from, found again in its recording."""
+
+from collections import deque
+
+import numpy as np
+
+from idem_ros.core import IdemError
+from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.messages.pointcloud2 import read_points
+from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.pairing.pairing import Pairing
+from idem_ros.recording.folder import recording_files
+from idem_ros.recording.messages import CLOUD, transform_message
+from idem_ros.recording.reader import open_recording
+from idem_ros.recording.topics import find_topic, find_topics
+from idem_ros.refinement.preprocessing import preprocess
+from idem_ros.replay.named_recording import named_recording
+from idem_ros.replay.sequence import SCANS_KEPT
+from idem_ros.replay.settings import SCAN, Settings, from_record
+
+
+def settings_of(result):
+    """Return the `Settings` of a result as far as it says them and this version knows them."""
+    try:
+        return from_record({'parameters': (result.made_by or {}).get('parameters') or {}})
+    except IdemError:
+        return Settings()
+
+
+def clouds_of(result, indices, under=None):
+    """Yield (index, target, source) of frames of a result, in the order of its recording.
+
+    The recording is read as far as the last frame that is wanted; what it does not hold is not
+    yielded. The source is in its own frame, both as they took part, (N, 3).
+
+    Args:
+        result: `Result`, of pairs or of a sequence.
+        indices: of its frames.
+        under: see `named_recording`.
+
+    Raises:
+        IdemError: there is no such recording, it has changed, or does not lie where it must.
+    """
+    path = named_recording(result, under)
+    _require_same_size(path, result)
+    wanted = {}
+    for i in indices:
+        wanted.setdefault(result.frames[i]['stamp_ns'], []).append(int(i))
+    clouds_by_stamp = _scans if _sequence_of(result) else _pairs
+    with open_recording(path) as recording:
+        for stamp, target, source in clouds_by_stamp(recording, result, frozenset(wanted)):
+            for i in wanted.pop(stamp, ()):
+                yield i, target, source
+            if not wanted:
+                return
+
+
+def _pairs(recording, result, stamps):
+    """Pair as the replay did; the guess that a source started from is in the result."""
+    settings = settings_of(result)
+    topics = find_topics(recording, *_topics_of(result))
+    pairing = Pairing(settings.pairing)
+    pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
+    is_one = topics.target == topics.source
+    add_source = pairing.add_scan if is_one else pairing.add_source
+    add = {topics.target: pairing.add_target, topics.source: add_source}
+    for topic, _, message in recording.messages(list(add)):
+        for pair in add[topic](message):
+            if pair.stamp in stamps:
+                target = _points(pair.target, settings, is_target=True)
+                yield pair.stamp, target, _points(pair.source, settings)
+
+
+def _scans(recording, result, stamps):
+    """Yield each scan with those before it, where the result says that they were."""
+    settings, sequence = settings_of(result), _sequence_of(result)
+    topic = find_topic(recording, CLOUD, 'source', _topics_of(result)[1])
+    poses = {frame['stamp_ns']: np.array(frame['T_target_source']) for frame in result.frames}
+    poses[sequence.get('first_stamp')] = np.eye(4)
+    kept = deque(maxlen=1 if sequence.get('map') == SCAN else SCANS_KEPT)
+    for _, _, message in recording.messages([topic]):
+        stamp = stamp_ns(message)
+        if stamp not in poses:
+            continue
+        if stamp in stamps and kept:
+            target = [transform_points(poses[at], _points(each, settings)) for at, each in kept]
+            yield stamp, np.concatenate(target), _points(message, settings)
+        kept.append((stamp, message))
+
+
+def _points(message, settings, is_target=False):
+    return preprocess(read_points(message).points, settings.preprocessing, is_target).points
+
+
+def _sequence_of(result):
+    sequence = result.record.get('sequence')
+    return sequence if isinstance(sequence, dict) else None
+
+
+def _topics_of(result):
+    """Return the topics of target and source as the result names them; None: find them."""
+    topics = (result.made_by or {}).get('topics') or {}
+    return topics.get('target'), topics.get('source')
+
+
+def _require_same_size(recording, result):
+    """Tell at once that a recording has changed; its checksum would take reading all of it."""
+    size = sum(file.stat().st_size for file in recording_files(recording))
+    then = ((result.made_by or {}).get('input') or {}).get('size', size)
+    if size != then:
+        raise IdemError(f'{recording} has {size} bytes, and had {then} when it was replayed')

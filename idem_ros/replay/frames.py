@@ -1,0 +1,88 @@
+"""What became of a recording: numbers of each frame, no messages and no clouds."""
+
+from collections.abc import Sequence as Records
+from dataclasses import dataclass, field
+
+from numpy.typing import NDArray
+
+from idem_ros.pairing.pair import Refusal
+from idem_ros.recording.topics import Topics
+from idem_ros.refinement.refiner import Refinement
+from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.settings import IDEM
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """How far a pose is from the truth."""
+
+    translation_m: float
+    rotation_deg: float
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One refined source of a recording."""
+
+    log_time: int
+    """Of the message that completed the pair [ns]."""
+    refinement: Refinement
+    truth: NDArray | None
+    """(4, 4), source in target frame; None where the recording has none for this source."""
+
+    def error_before(self):
+        """Return the `PoseError` of the guess, or None without truth."""
+        return self._error_of(self.refinement.T_guess)
+
+    def error_after(self):
+        """Return the `PoseError` of the result, or None without truth."""
+        return self._error_of(self.refinement.result.T_target_source)
+
+    def _error_of(self, transform):
+        if self.truth is None:
+            return None
+        return PoseError(
+            translation_error_m(transform, self.truth), rotation_error_deg(transform, self.truth)
+        )
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """What odometry knows beside its frames, whose transforms are poses in the first scan's."""
+
+    map: str
+    """What each scan was registered to, one of `settings.SEQUENCES`."""
+    first_stamp: int
+    """Of the first scan [ns], whose pose is the identity and which has no frame."""
+    errors: dict | None
+    """See `trajectory_report.compared`; None: without truth."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What became of a recording's sources; every one of them is counted once."""
+
+    path: str
+    topics: Topics
+    frames: Records[Frame]
+    """On disk, see `Spool`; so are the refused."""
+    refused: Records[Refusal]
+    """Sources with a reason why they were not refined."""
+    dropped: int
+    """Sources that waited for a target or a guess until newer ones took their place."""
+    unpaired: int
+    """Sources that still waited when the recording ended."""
+    unpaired_for: str
+    """What those waited for."""
+    notes: tuple[str, ...]
+    """What a reader should know of the recording: no guess topic, a missing end."""
+    unpaired_why: str = ''
+    """Why the newest of those that still waited did."""
+    method: str = IDEM
+    """What registered, one of `settings.METHODS`."""
+    interrupted: bool = False
+    """Whether somebody pressed Ctrl-C; then it is of what was done until then."""
+    sequence: Sequence | None = None
+    """None: pairs were refined."""
+    lost: dict[str, int] = field(default_factory=dict)
+    """What of the recording could not be read, see `part.LOSSES`."""

@@ -1,0 +1,140 @@
+"""The ground truth of a recording by stamp: numbers, not messages, which would fill the memory."""
+
+from array import array
+
+import numpy as np
+
+from idem_ros.core import IdemError
+from idem_ros.files.trajectory_file import Trajectory
+from idem_ros.messages.transform_message import matrix_of, stamp_ns
+from idem_ros.pairing.pair import frame_contradiction
+
+CHAINED = 'first_scan'
+
+
+class Truths:
+    """The truth of each stamp, which may come before its source or after; 112 bytes of each.
+
+    Attributes:
+        notes: why some are not believed, and what of their frames is assumed, each once.
+    """
+
+    def __init__(self):
+        self.notes = []
+        self._stamps, self._kinds = array('q'), array('q')
+        self._rows = array('d')  # the first three of each pose
+        self._numbers_of = {}  # (frame_id, child_frame_id, why it is no pose) -> its kind
+        self._awaited = self._order = None
+
+    def add(self, message):
+        """Keep a TransformStamped, source in target frame; of one stamp the last counts."""
+        pose, reason = np.zeros((4, 4)), ''
+        try:
+            pose = matrix_of(message)
+        except IdemError as error:
+            reason = f'truth: {error}'
+        self._keep(
+            stamp_ns(message), pose, message.header.frame_id, message.child_frame_id, reason
+        )
+
+    def _keep(self, stamp, pose, *kind):
+        self._stamps.append(stamp)
+        self._kinds.append(self._numbers_of.setdefault(kind, len(self._numbers_of)))
+        self._rows.frombytes(pose[:3].tobytes())
+        self._order = None
+        if self._awaited:
+            self._awaited.discard(stamp)
+
+    def came_for(self, stamps):
+        """Return whether the truths of all these stamps are there, believed or not.
+
+        Asked again and again, it looks for the stamps of the first time only.
+        """
+        if self._awaited is None:
+            self._awaited = set(stamps).difference(self._stamps)
+        return not self._awaited
+
+    def at(self, stamp, target_frame, source_frame):
+        """Return the (4, 4) truth of a stamp [ns]; None where there is none to be believed.
+
+        Args:
+            stamp: of the source.
+            target_frame, source_frame: of the clouds; an empty one contradicts nothing.
+        """
+        i = self._last_of(stamp)
+        if i is None:
+            return None
+        *frames, reason = list(self._numbers_of)[self._kinds[i]]
+        clouds = target_frame, source_frame
+        reason = frame_contradiction('truth', tuple(frames), clouds) or reason
+        if note := reason or _assumed(frames, clouds):
+            self._note(note)
+        if reason:
+            return None
+        return np.vstack([np.reshape(self._rows[12 * i : 12 * i + 12], (3, 4)), np.eye(4)[3]])
+
+    def chained(self, stamps, source_frame):
+        """Return `Truths` in one frame, of those of scans each in the frame of the one before.
+
+        Args:
+            stamps: of the scans [ns], increasing; where one has no truth, the chain ends.
+            source_frame: of the scans.
+        """
+        result, pose = Truths(), np.eye(4)
+        result._note('the truth is of each scan in the frame of the one before it; it is chained')
+        for i, stamp in enumerate(stamps):
+            step = self.at(stamp, '', source_frame)
+            if step is None:
+                result._note(
+                    f'the truth of the scan at {stamp / 1e9:.9f} s is missing: the chain ends '
+                    f'there, {len(stamps) - i} scans are not compared'
+                )
+                break
+            pose = pose @ step
+            result._keep(stamp, pose, CHAINED, source_frame, '')
+        result.notes += self.notes
+        return result
+
+    def child_frames(self):
+        """Return the frames that they are of, each once."""
+        return list(dict.fromkeys(child for _, child, _ in self._numbers_of))
+
+    def _note(self, note):
+        if note not in self.notes:
+            self.notes.append(note)
+
+    def trajectory(self, source_frame):
+        """Return the `Trajectory` of a frame, in the order of time; None where there is none."""
+        stamps = np.unique(np.array(self._stamps, dtype=np.int64))
+        poses, known = np.empty((len(stamps), 4, 4)), np.zeros(len(stamps), dtype=bool)
+        for k, stamp in enumerate(stamps.tolist()):
+            pose = self.at(stamp, '', source_frame)
+            if pose is not None:
+                poses[k], known[k] = pose, True
+        return Trajectory(poses[known], stamps[known]) if known.any() else None
+
+    def _last_of(self, stamp):
+        """Return the place of the last truth of a stamp; None: there is none."""
+        if self._order is None:
+            stamps = np.array(self._stamps, dtype=np.int64)
+            order = np.argsort(stamps, kind='stable')
+            self._order = order, stamps[order]
+        order, stamps = self._order
+        k = np.searchsorted(stamps, stamp, side='right') - 1
+        return int(order[k]) if k >= 0 and stamps[k] == stamp else None
+
+
+def _assumed(frames, clouds):
+    """Say what is taken for granted where a truth or a cloud names no frame; empty: nothing."""
+    of_truth = [
+        name
+        for name, frame in zip(('frame_id', 'child_frame_id'), frames, strict=True)
+        if not frame
+    ]
+    if of_truth:
+        of_target = repr(clouds[0]) if clouds[0] else 'one fixed frame'
+        return (
+            f'the truth has an empty {" and ".join(of_truth)}: it is taken to be the pose of the '
+            f'source {clouds[1]!r} in {of_target}'
+        )
+    return ''

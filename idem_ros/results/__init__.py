@@ -1,0 +1,1 @@
+"""Results in files: written, read, summed up, compared, gated."""

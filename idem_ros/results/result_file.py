@@ -1,0 +1,124 @@
+"""What `idem replay --json` or `--out` wrote, read back: numbers of each frame, and counts."""
+
+from dataclasses import dataclass, field
+from numbers import Real
+from pathlib import Path
+
+import numpy as np
+
+from idem_ros.core.exceptions import IdemError
+from idem_ros.files.structured_text import parse_json
+from idem_ros.recording.part import LOSSES
+
+STAMPS = ('stamp', 'stamp_ns')
+COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
+PARTS = ('interrupted', *LOSSES)
+"""Counts of what is not in a result; those of an earlier version lack them."""
+
+
+class UnreadableResult(IdemError):
+    """A file that holds no result of a replay."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A replay's result."""
+
+    path: str
+    bag: str
+    """The recording that was replayed, as it was named then."""
+    frames: tuple[dict, ...]
+    """The record of each frame, see `summary.json_record`."""
+    counts: dict[str, int]
+    """How many sources were refined (frames), refused, dropped, unpaired; and `PARTS`."""
+    record: dict = field(default_factory=dict)
+    """All that was written: {'bag', 'frames', 'summary', 'made_by'}, see `summary.json_record`."""
+
+    @property
+    def made_by(self):
+        """How it was made, see `provenance.made_by`; None: by a version that did not say."""
+        return self.record.get('made_by')
+
+    def numbers(self):
+        """Return the names of what frames hold one number of, in the record's order."""
+        names = dict.fromkeys(
+            name for frame in self.frames for name, value in frame.items() if _is_number(value)
+        )
+        return [name for name in names if name not in STAMPS]
+
+    def values(self, name):
+        """Return a number of each frame, (N,) float64; NaN where it is unknown."""
+        values = [frame.get(name) for frame in self.frames]
+        return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+
+
+def read_result(path):
+    """Read a result of `idem replay`: the JSON of `--json` or the MCAP of `--out`.
+
+    Returns:
+        `Result`, the same of both.
+
+    Raises:
+        UnreadableResult: no such file, or other content.
+    """
+    record = _parsed(path, _text(path))
+    reason = _what_is_wrong(record)
+    if reason:
+        raise _no_result(path, reason)
+    counts = {name: int(record['summary'].get(name, 0)) for name in (*COUNTS, *PARTS)}
+    return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts, record)
+
+
+def _text(path):
+    """Return the bytes of the JSON: a whole file, or what an MCAP carries."""
+    from idem_ros.files.unreadable import refuse_special
+    from idem_ros.recording.embedded import MAGIC, RECORD, UnreadableMcap, read_embedded
+
+    refuse_special(path, UnreadableResult)
+    try:
+        with Path(path).open('rb') as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                stream.seek(0)
+                return stream.read()
+        attachments = read_embedded(path).attachments
+    except OSError as error:
+        raise UnreadableResult(f'{path} cannot be read: {error.strerror or error}') from error
+    except UnreadableMcap as error:
+        raise UnreadableResult(str(error)) from error
+    if RECORD not in attachments:
+        raise _no_result(path, f'it is a recording without an attachment {RECORD}')
+    return attachments[RECORD]
+
+
+def _parsed(path, text):
+    try:
+        return parse_json(text)
+    except ValueError as error:  # of JSON, of UTF-8, of a number
+        raise _no_result(path, f'it is no JSON: {error}') from error
+
+
+def _what_is_wrong(record):
+    from idem_ros.results.result_schema import what_is_wrong
+
+    if not (isinstance(record, dict) and {'frames', 'summary'} <= record.keys()):
+        return 'it lacks "frames" or "summary"'
+    if reason := what_is_wrong(record):
+        return reason
+    kinds = {}
+    for frame in record['frames']:
+        for name, value in frame.items():
+            kind = _is_number(value)
+            if value is not None and kinds.setdefault(name, kind) != kind:
+                return f'its frames have {name[:60]!r} as a number and as something else'
+    return ''
+
+
+def _no_result(path, reason):
+    return UnreadableResult(
+        f'{path} is no result of a replay ({reason}); '
+        'idem replay BAG --json FILE (or --out FILE.mcap) writes one'
+    )
+
+
+def _is_number(value):
+    return value is None or (isinstance(value, Real) and not isinstance(value, bool))

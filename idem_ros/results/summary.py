@@ -1,0 +1,251 @@
+"""A replay in numbers: records for JSON, and a table to read."""
+
+from collections import Counter
+from dataclasses import asdict
+
+import numpy as np
+
+from idem_ros.recording.part import LOSSES
+from idem_ros.refinement.diagnostics import assessment_record, is_registered
+from idem_ros.terminal.printable import printable
+from idem_ros.trajectory.comparison_table import report
+
+ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
+LEFT_OUT = {
+    'dropped_nonfinite': 'because they are not finite',
+    'dropped_zero': 'because they are exactly zero',
+    'cropped': 'by range or crop box',
+    'thinned': 'for max_points',
+}
+REASONS_SHOWN = 5
+
+
+def json_record(replayed, made_by=None):
+    """Return a `Replay` as what JSON holds; None where unknown.
+
+    Args:
+        replayed: `Replay`.
+        made_by: how it was made, see `provenance.made_by`; None: it is not said.
+
+    Returns:
+        {'bag', 'method', 'made_by', 'frames', 'summary', 'notes', and of odometry 'sequence'};
+        the frames are an iterator, see `record_text`
+    """
+    sequence = replayed.sequence
+    return {
+        'bag': replayed.path,
+        'method': replayed.method,
+        **({} if made_by is None else {'made_by': made_by}),
+        'frames': map(_frame_record, replayed.frames),
+        'summary': summary(replayed),
+        'notes': list(replayed.notes),
+        **({} if sequence is None else {'sequence': asdict(sequence)}),
+    }
+
+
+def summary(replayed):
+    """Return median and 90th percentile of the errors and of q_tot, and the milliseconds."""
+    numbers = _numbers(replayed.frames)
+    result = {
+        'frames': len(replayed.frames),
+        'refused': len(replayed.refused),
+        'dropped': replayed.dropped,
+        'unpaired': replayed.unpaired,
+        'interrupted': replayed.interrupted,
+        **{name: replayed.lost.get(name, 0) for name in LOSSES},
+        'time_ms': _percentiles(numbers[0], median=50, p95=95),
+    }
+    result['voxel_sizes'] = _voxel_sizes(replayed.frames)
+    for i, key in enumerate(('q_tot', *ERRORS)):
+        before, after = numbers[2 * i + 1 : 2 * i + 3]
+        result[key] = {
+            'before': _percentiles(before, median=50, p90=90),
+            'after': _percentiles(after, median=50, p90=90),
+        }
+    return result
+
+
+def table(replayed, audit=False):
+    """Return the summary of a `Replay` as lines of text.
+
+    Args:
+        replayed: `Replay`.
+        audit: whether the guesses were judged and nothing moved: then before is after.
+    """
+    numbers = summary(replayed)
+    topics = replayed.topics
+    lines = [
+        printable(
+            f'{replayed.path}: target {topics.target}, source {topics.source}, '
+            f'guess {topics.guess or "none"}, truth {topics.truth or "none"}'
+        ),
+        '',
+        *_header(replayed.method, audit),
+    ]
+    columns = ('after',) if audit else ('before', 'after')
+    if topics.truth:
+        lines.append(_row('translation error [m]', numbers['translation_error_m'], columns))
+        lines.append(_row('rotation error [deg]', numbers['rotation_error_deg'], columns))
+    lines.append(_row('q_tot [nat]', numbers['q_tot'], columns))
+    lines += _voxels(replayed.frames)
+    median, p95 = map(_number, numbers['time_ms'].values())
+    lines.append(f'{"milliseconds":24}{"" if audit else " " * 24}{median}{p95} (p95)')
+    if replayed.sequence and replayed.sequence.errors:
+        lines += [
+            '',
+            'the trajectory, begun on the truth:',
+            report(replayed.sequence.errors).rstrip(),
+        ]
+    return '\n'.join([*lines, '', *map(printable, _counts(replayed, audit))])
+
+
+def why_nothing(replayed):
+    """Say why a `Replay` has no frames."""
+    reasons = [refusal.reason for refusal in replayed.refused[:1]]
+    if replayed.unpaired:
+        reasons.append(
+            f'{replayed.unpaired} sources wait for {replayed.unpaired_for} '
+            f'({replayed.unpaired_why})'
+        )
+    reasons.extend(replayed.notes)
+    return f'no source of {replayed.path} could be refined: {"; ".join(reasons) or "it has none"}'
+
+
+def _frame_record(frame):
+    refinement, result = frame.refinement, frame.refinement.result
+    before, after = frame.error_before(), frame.error_after()
+    record = {
+        'stamp': refinement.stamp / 1e9,
+        'stamp_ns': refinement.stamp,
+        'target_frame': refinement.target_frame,
+        'source_frame': refinement.source_frame,
+        'T_target_source': result.T_target_source.tolist(),
+        'T_guess': refinement.T_guess.tolist(),
+        'status': result.status.value,
+        'iterations': result.iterations,
+        'q_tot': _known(result.q_tot),
+        'q_tot_before': _known(refinement.q_tot_before),
+        'q_mean': _known(result.q_mean),
+        'overlap': _known(result.overlap),
+        'radius': _known(result.radius),
+        'voxel_size': result.voxel_size,
+        'time_ms': refinement.time_ms,
+        'points_target': refinement.points_target,
+        'points_source': refinement.points_source,
+        'dropped_nonfinite': refinement.dropped_nonfinite,
+        'dropped_zero': refinement.dropped_zero,
+        'cropped': refinement.cropped,
+        'thinned': refinement.thinned,
+    }
+    record |= assessment_record(result.assessment)
+    for key, attribute in ERRORS.items():
+        record[key] = None if after is None else getattr(after, attribute)
+        record[f'{key}_before'] = None if before is None else getattr(before, attribute)
+    return record
+
+
+def _numbers(frames):
+    """Return milliseconds, q_tot and each error before and after, (7, N); nan: unknown."""
+    numbers = np.full((3 + 2 * len(ERRORS), len(frames)), np.nan)
+    for i, frame in enumerate(frames):
+        refinement = frame.refinement
+        numbers[:3, i] = refinement.time_ms, refinement.q_tot_before, refinement.result.q_tot
+        if frame.truth is not None:
+            both = frame.error_before(), frame.error_after()
+            numbers[3:, i] = [getattr(each, name) for name in ERRORS.values() for each in both]
+    return numbers
+
+
+def _percentiles(values, **percentiles):
+    known = values[np.isfinite(values)]
+    return {
+        name: float(np.percentile(known, percent)) if len(known) else None
+        for name, percent in percentiles.items()
+    }
+
+
+def _known(value):
+    """Return a number that JSON can hold: None for what is not finite."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _header(method, audit):
+    percentiles = f'{"median":>12}{"p90":>12}'
+    if audit:
+        return [f'{method + ", audit":24}{percentiles}']
+    return [f'{method:24}{"before":>12}{"":12}{"after":>12}', f'{"":24}{percentiles}{percentiles}']
+
+
+def _row(name, values, columns):
+    numbers = [values[when][which] for when in columns for which in ('median', 'p90')]
+    return f'{name:24}' + ''.join(map(_number, numbers))
+
+
+def _number(value):
+    return f'{"-":>12}' if value is None else f'{value:12.4g}'
+
+
+def _voxel_sizes(frames):
+    """Return {edge [m] in words: how many frames}, the most frequent first."""
+    sizes = Counter(frame.refinement.result.voxel_size for frame in frames)
+    return {
+        'points as given' if size is None else f'{size:.4g} m': count
+        for size, count in sizes.most_common()
+    }
+
+
+def _voxels(frames):
+    """Say the edge of the voxels; of several how many frames had each."""
+    sizes = _voxel_sizes(frames)
+    said = [each if len(sizes) == 1 else f'{each} ({count})' for each, count in sizes.items()]
+    return [f'{"voxels":24}    {", ".join(said)}'] if said else []
+
+
+def _counts(replayed, audit):
+    """Say what became of every source, so that nothing is left out in silence."""
+    registered, others, verdicts, left_out = _tallies(replayed.frames)
+    if audit:
+        yield _counted('judged, none moved', registered + others)
+    else:
+        yield _counted('registered', registered)
+        if others:
+            yield _counted('not registered', others)
+    if verdicts:
+        yield f'verdicts: {_listed(verdicts)}'
+    for name, why in LEFT_OUT.items():
+        if count := left_out[name]:
+            yield f'points left out {why}: {count}'
+    if replayed.refused:
+        yield f'{len(replayed.refused)} refused:'
+        reasons = Counter(refusal.reason for refusal in replayed.refused).most_common()
+        yield from (f'  {count} x {reason}' for reason, count in reasons[:REASONS_SHOWN])
+        if len(reasons) > REASONS_SHOWN:
+            yield f'  and {len(reasons) - REASONS_SHOWN} other reasons'
+    if replayed.dropped:
+        yield f'{replayed.dropped} dropped: newer sources came before their target or guess'
+    if replayed.unpaired:
+        yield f'{replayed.unpaired} unpaired at the end: no {replayed.unpaired_for} for them'
+    yield from (f'note: {note}' for note in replayed.notes)
+
+
+def _counted(what, statuses):
+    return f'{statuses.total()} {what}' + (f' ({_listed(statuses)})' if statuses else '')
+
+
+def _listed(counts):
+    return ', '.join(f'{count} {name}' for name, count in counts.most_common())
+
+
+def _tallies(frames):
+    """Return how what is registered ended, and the rest, verdicts, points left out."""
+    registered, others, verdicts, left_out = Counter(), Counter(), Counter(), Counter()
+    for refinement in (frame.refinement for frame in frames):
+        result = refinement.result
+        if is_registered(result):
+            registered[result.status.value] += 1
+        else:  # what converged and is not aligned: in a wrong place, or too little to judge
+            others[(result.assessment.verdict if result.converged else result.status).value] += 1
+        if result.assessment:
+            verdicts[result.assessment.verdict.value] += 1
+        left_out.update({name: getattr(refinement, name) for name in LEFT_OUT})
+    return registered, others, verdicts, left_out

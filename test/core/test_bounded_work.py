@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+from clouds import error_of, motion, surface
+
+from idem_ros.core import (
+    Cloud,
+    RegistrationConfig,
+    SolverTuning,
+    Status,
+    Termination,
+    TrustTuning,
+    Verdict,
+    register,
+)
+from idem_ros.core.blocks import ALONE, OutOfTime, Workers, in_blocks
+from idem_ros.core.config import MODES
+from idem_ros.core.metric.voxel_size import with_voxel_size
+from idem_ros.core.registration import _refined
+from idem_ros.core.solve.pair import prepare
+
+
+def garbage(rng, n):
+    """What a wrong byte order makes of a cloud: coordinates of any size."""
+    return 10.0 ** rng.uniform(-8, 7, (n, 3)) * rng.choice([-1, 1], (n, 3))
+
+
+HOSTILE = {
+    'of any size': garbage,
+    'of heavy tails': lambda rng, n: rng.standard_cauchy((n, 3)),
+    'in two places': lambda rng, n: 1e3 * rng.integers(0, 2, (n, 1)) + rng.normal(size=(n, 3)),
+    'in a line': lambda rng, n: np.linspace(1, 2, n)[:, None] * (1.0, 0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize('name', HOSTILE)
+@pytest.mark.parametrize('voxel_size', [None, 1.0])
+def test_the_pairs_of_a_cloud_are_bounded_by_its_points(rng, name, voxel_size):
+    points = HOSTILE[name](rng, 6000)
+    config = RegistrationConfig(voxel_size=voxel_size)
+    pair = prepare(Cloud(points), Cloud(points), config, SolverTuning(), TrustTuning(), ALONE)
+    noise = rng.random((6000, 3))  # of scans and the like, that which has the most pairs
+    as_given = RegistrationConfig(voxel_size=None)
+    even = prepare(Cloud(noise), Cloud(noise), as_given, SolverTuning(), TrustTuning(), ALONE)
+    honest = max(pairs_of(even, stage) for stage in even.stages)
+    for stage in pair.stages:
+        assert pairs_of(pair, stage) < 5 * honest
+
+
+def pairs_of(pair, stage):
+    return pair.balls(stage).pairs(np.eye(4)).of_target.first[-1]
+
+
+@pytest.mark.parametrize('budget_ms', [1e-3, 2.0, 8.0])
+def test_whatever_the_budget_the_best_so_far_is_the_result(rng, budget_ms):
+    target, source = surface(rng, 20_000), surface(rng, 20_000)
+    guess = motion(rng, 3, 0.05)
+    result = register(target, source, guess, RegistrationConfig(budget_ms=budget_ms))
+    before, after = (error_of(T, np.eye(4))[0] for T in (guess, result.T_target_source))
+    assert after <= before + 1e-9
+    if result.termination is not Termination.CONVERGED:
+        assert result.status in (Status.LATE, Status.DEGENERATE)
+        assert not result.is_usable
+        assert result.assessment.verdict is Verdict.NOT_CONVERGED
+
+
+@pytest.mark.parametrize('mode', MODES)
+def test_late_before_the_first_stage_the_guess_is_what_there_is(rng, mode):
+    clouds, config = [Cloud(surface(rng, 500)) for _ in range(2)], RegistrationConfig(mode=mode)
+    config = with_voxel_size(config, *clouds)
+    pair = prepare(*clouds, config, SolverTuning(), TrustTuning(), ALONE)
+    descent, observability = _refined(pair._replace(workers=Workers(1, deadline=0.0)), np.eye(4))
+    assert descent.solution.termination is Termination.LATE
+    assert np.array_equal(descent.solution.transform, np.eye(4))
+    assert observability is None
+
+
+def test_blocks_are_not_begun_after_the_deadline():
+    begun = []
+    with pytest.raises(OutOfTime):
+        in_blocks(100_000, Workers(2, deadline=0.0), lambda begin, end: begun.append(begin))
+    assert not begun

@@ -1,0 +1,110 @@
+import pytest
+from browser import open_browser
+from replayed import changed, write_replayed
+
+from idem_ros.report import plots as report_plots
+from idem_ros.report.folder import write_report
+
+DESKTOP, PHONE = (1280, 900), (390, 844)
+SHOWN = "[...document.querySelectorAll('.pictures')].filter(p => !p.hidden).map(p => p.id)"
+OVERLAPS = """
+(() => {
+  document.querySelectorAll('details').forEach(part => { part.open = true; });
+  const parts = [...document.querySelectorAll('figure, .scroll, h2, h3, p, nav, ul, dl')]
+    .filter(part => part.getClientRects().length && !part.parentElement.closest('dl'));
+  const boxes = parts.map(part => part.getBoundingClientRect());
+  const found = [];
+  for (let i = 0; i < parts.length; i++)
+    for (let j = i + 1; j < parts.length; j++) {
+      const [a, b] = [boxes[i], boxes[j]];
+      if (a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1
+          && b.top < a.bottom - 1 && !parts[i].contains(parts[j]))
+        found.push(parts[i].outerHTML.slice(0, 80) + ' / ' + parts[j].outerHTML.slice(0, 80));
+    }
+  return found;
+})()
+"""
+
+
+@pytest.fixture(scope='module')
+def address(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('report')
+    result = write_replayed(folder)
+    other = changed(result, lambda record: record.update(bag='x' * 200), 'long_' * 30)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_plots, 'MEASURES', report_plots.MEASURES[:1])
+        return write_report([result, other], folder / 'report').as_uri()
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    with open_browser(tmp_path_factory.mktemp('profile')) as page:
+        yield page
+
+
+@pytest.mark.parametrize('size', [DESKTOP, PHONE])
+def test_nothing_is_wider_than_the_window(browser, address, size):
+    browser.open(address, *size)
+    widths = browser.evaluate('[document.documentElement.scrollWidth, document.body.scrollWidth]')
+    assert max(widths) <= size[0]
+
+
+@pytest.mark.parametrize('size', [DESKTOP, PHONE])
+def test_nothing_overlaps(browser, address, size):
+    browser.open(address, *size)
+    assert browser.evaluate(OVERLAPS) == []
+
+
+def test_tables_scroll_in_their_own_boxes_on_a_phone(browser, address):
+    browser.open(address, *PHONE)
+    boxes = browser.evaluate(
+        "[...document.querySelectorAll('.scroll')].filter(b => b.clientWidth)"
+        '.map(b => [b.clientWidth, b.scrollWidth, getComputedStyle(b).overflowX])'
+    )
+    assert all(client <= PHONE[0] and style == 'auto' for client, _, style in boxes)
+    assert any(scroll > client for client, scroll, _ in boxes)
+
+
+def test_the_page_asks_the_network_for_nothing_and_logs_no_error(browser, address):
+    browser.open(address, *DESKTOP)
+    assert browser.requests() == [address]
+    assert browser.complaints() == []
+
+
+def test_every_picture_is_shown(browser, address):
+    browser.open(address, *DESKTOP)
+    widths = browser.evaluate('[...document.images].map(image => image.naturalWidth)')
+    assert len(widths) > 12
+    assert min(widths) > 300
+
+
+def test_a_click_on_a_worst_frame_shows_its_pictures_and_hides_the_others(browser, address):
+    browser.open(address, *PHONE)
+    first = browser.evaluate(SHOWN)
+    assert len(first) == 2  # one of each result
+    row = "document.querySelectorAll('.worst')[0].querySelectorAll('tbody tr')[2]"
+    wanted = browser.evaluate(f'{row}.dataset.pictures')
+    assert wanted not in first
+    browser.evaluate(f'{row}.scrollIntoView()')
+    box = browser.evaluate(f'JSON.parse(JSON.stringify({row}.cells[2].getBoundingClientRect()))')
+    place = {'x': box['x'] + 10, 'y': box['y'] + box['height'] / 2}
+    for kind in ('mousePressed', 'mouseReleased'):
+        browser.call('Input.dispatchMouseEvent', type=kind, button='left', clickCount=1, **place)
+    assert browser.evaluate(SHOWN) == [wanted, first[1]]
+    shown = f"document.getElementById('{wanted}').querySelectorAll('img')"
+    heights = browser.evaluate(f'[...{shown}].map(image => image.getBoundingClientRect().height)')
+    assert len(heights) == 3
+    assert min(heights) > 100
+
+
+def test_a_frame_can_be_chosen_by_keyboard(browser, address):
+    browser.open(address, *DESKTOP)
+    button = "document.querySelectorAll('.worst button')[3]"
+    browser.evaluate(f'{button}.focus()')
+    for kind in ('keyDown', 'keyUp'):
+        browser.call(
+            'Input.dispatchKeyEvent', type=kind, key='Enter', text='\r', windowsVirtualKeyCode=13
+        )
+    wanted = browser.evaluate(f"{button}.getAttribute('aria-controls')")
+    assert wanted in browser.evaluate(SHOWN)
+    assert browser.evaluate(f"{button}.getAttribute('aria-expanded')") == 'true'

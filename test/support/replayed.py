@@ -1,0 +1,38 @@
+"""A small recording and the result of replaying it, as `idem replay --json` writes it."""
+
+import json
+
+import numpy as np
+from recordings import scans
+
+from idem_ros.recording.writer import write_mcap
+from idem_ros.replay.pairs import replay
+from idem_ros.results.record_text import record_text
+from idem_ros.results.summary import json_record
+
+
+def replayed(folder, messages, **options):
+    """Write messages as scans.mcap into a folder, and replay that."""
+    write_mcap(folder / 'scans.mcap', messages)
+    return replay(folder / 'scans.mcap', **options)
+
+
+def write_replayed(folder, n=4, name='result', truth=True):
+    """Write scans.mcap and a result of its n frames into a folder; return the result's path."""
+    rng = np.random.default_rng(0)
+    messages = [each for each in scans(rng, n) if truth or each[0] != '/ground_truth']
+    path = folder / f'{name}.json'
+    path.write_text(''.join(record_text(json_record(replayed(folder, messages)))))
+    return path
+
+
+def write_record(path, record):
+    path.write_text(json.dumps(record, allow_nan=False))
+    return path
+
+
+def changed(path, change, name='changed'):
+    """Write a copy of a result beside it that `change` has been applied to; return its path."""
+    record = json.loads(path.read_text())
+    change(record)
+    return write_record(path.with_name(f'{name}.json'), record)

@@ -1,0 +1,193 @@
+"""Ctrl-C at random moments: exit code 130, one line, whole files, no process left.
+
+IDEM_INTERRUPTS=50 asks for so many moments of each command (`make fuzz` does); one without.
+"""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from recordings import scans
+from results import write_result
+
+from idem_ros.recording.embedded import MAGIC
+from idem_ros.recording.writer import write_mcap
+from idem_ros.terminal.interrupts import held_back
+
+MOMENTS = int(os.environ.get('IDEM_INTERRUPTS', '1'))
+# Ctrl-C in the start of Python itself is Python's own, so the moments count from the first line
+IDEM = [
+    sys.executable,
+    '-c',
+    'from idem_ros.commands.entry import main; print(flush=True); raise SystemExit(main())',
+]
+COMMANDS = {
+    'replay': 'replay scans.mcap --json OUT/a.json --out OUT/a.mcap --tum OUT/a.tum',
+    'sequence': 'replay scans.mcap --sequence submap --json OUT/a.json',
+    'methods': 'replay scans.mcap --method idem,gicp --json OUT/a.json',
+    'evaluate': 'evaluate scans.mcap more.mcap --jobs 2 --out OUT/results',
+    'experiments': 'experiments run table2 --quick --out OUT/paper',
+    'report': 'report result.json --out OUT/report',
+    'gate': 'gate result.json --rules rules.yaml --junit OUT/gate.xml',
+    'compare': 'compare result.json other.json',
+    'again': 'replay --again made.json',
+    'simulate': 'simulate --scans 3 --out OUT/a.mcap',
+    'bag': 'bag a.xyz b.xyz --out OUT/a.mcap',
+    'register': 'register a.xyz b.xyz --out OUT/T.txt',
+}
+LONGEST = 4.0  # [s] until Ctrl-C; the shorter commands have ended then
+NOTES = ('idem: compiling kernels', '[')  # what evaluate says of each recording begins with [
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    import numpy as np
+
+    folder = tmp_path_factory.mktemp('inputs')
+    write_mcap(folder / 'scans.mcap', scans(np.random.default_rng(0), 6))
+    write_mcap(folder / 'more.mcap', scans(np.random.default_rng(1), 4))
+    for name in ('result', 'other'):
+        write_result(folder / f'{name}.json', q_tot=[1.0] * 8, time_ms=[2.0] * 8)
+    (folder / 'rules.yaml').write_text('rules: [frames > 1]')
+    for name in ('a', 'b'):
+        np.savetxt(folder / f'{name}.xyz', np.random.default_rng(2).uniform(0, 3, (2000, 3)))
+    made = [*IDEM, 'replay', 'scans.mcap', '--json', 'made.json']
+    subprocess.run(made, cwd=folder, capture_output=True, check=True)
+    return folder
+
+
+def processes_of(session):
+    """Return the processes of a session that are not dead."""
+    found = []
+    for stat in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            _, _, rest = stat.read_text().rpartition(')')
+        except OSError:
+            continue
+        state, _, _, sid = rest.split()[:4]
+        if int(sid) == session and state not in 'ZX':
+            found.append(stat.parent.name)
+    return found
+
+
+def run(folder, arguments, moment=None, to_all=False):
+    """Run a command, press Ctrl-C at a moment [s]; return (code, lines of stderr)."""
+    child = subprocess.Popen(
+        [*IDEM, *arguments],
+        cwd=folder,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    child.stdout.readline()
+    try:
+        _, err = child.communicate(timeout=moment)
+    except subprocess.TimeoutExpired:
+        # of a terminal it goes to all, by `kill` to one
+        (os.killpg if to_all else os.kill)(child.pid, signal.SIGINT)
+        _, err = child.communicate(timeout=120)
+    for _ in range(100):  # the processes of a pool are reaped when their pipes close
+        if not processes_of(child.pid):
+            break
+        signal.sigtimedwait([], 0.05)
+    assert processes_of(child.pid) == []
+    return child.returncode, [each for each in err.splitlines() if each]
+
+
+def require_whole(folder):
+    """Every file that is there is complete, and nothing else is."""
+    for path in (each for each in folder.rglob('*') if each.is_file()):
+        content = path.read_bytes()
+        assert content, path
+        assert '.part' not in path.name
+        if path.suffix == '.json':
+            json.loads(content)
+        if path.suffix == '.mcap':
+            assert content.endswith(MAGIC)
+
+
+@pytest.mark.parametrize('name', COMMANDS)
+def test_ctrl_c_at_any_moment_ends_a_command_in_order(folder, tmp_path, name):
+    rng = random.Random(name)
+    for i in range(MOMENTS):
+        out = tmp_path / str(i)
+        out.mkdir()
+        moment = rng.uniform(0.0, LONGEST)
+        code, lines = run(
+            folder, with_out(COMMANDS[name].split(), out), moment, rng.random() < 0.5
+        )
+        said = [each for each in lines if not each.startswith(NOTES)]
+        assert code in (130, 0, *([1] if name == 'register' else [])), (moment, lines)
+        assert said in ([], ['idem: interrupted']), moment
+        require_whole(out)
+
+
+def with_out(arguments, folder):
+    return [each.replace('OUT', str(folder)) for each in arguments]
+
+
+def test_what_is_held_back_comes_when_the_block_ends():
+    steps = []
+    with pytest.raises(KeyboardInterrupt):  # noqa: PT012 - where it is raised is what is tested
+        with held_back():
+            signal.raise_signal(signal.SIGINT)
+            steps.append('within')
+        steps.append('after')
+    assert steps == ['within']
+
+
+def test_who_asks_whether_it_was_pressed_ends_by_himself():
+    with held_back() as interrupted:
+        assert not interrupted()
+        signal.raise_signal(signal.SIGINT)
+        assert interrupted()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_second_ctrl_c_is_not_held_back():
+    with pytest.raises(KeyboardInterrupt), held_back() as interrupted:  # noqa: PT012
+        signal.raise_signal(signal.SIGINT)
+        assert interrupted()
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize(
+    'swallowed_by',
+    [
+        # a callback of C, an exception that becomes another, one that is caught
+        'import ctypes; ctypes.CFUNCTYPE(None)(press)()',
+        'class A:\n def __del__(self): press()\nA()',
+        'try: press()\nexcept BaseException: raise SystemError("with an exception set")',
+        'try: press()\nexcept BaseException: raise IdemError("a damaged file")',
+        'try: press()\nexcept BaseException: raise SystemExit(1)',
+        'try: press()\nexcept BaseException: pass',
+    ],
+)
+def test_ctrl_c_that_libraries_make_something_else_of_still_ends_the_command(swallowed_by):
+    script = f"""
+import signal, sys, threading
+from idem_ros.commands import entry, main
+from idem_ros.core import IdemError
+
+def press():
+    signal.raise_signal(signal.SIGINT)
+
+def run(args):
+    exec({swallowed_by!r}, globals())
+    threading.Event().wait(1.0)
+    return 0
+
+main.register.run = run
+sys.argv = ['idem', 'register', 'a', 'b']
+sys.exit(entry.main())
+"""
+    ended = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (ended.returncode, ended.stderr) == (130, 'idem: interrupted\n')
