@@ -8,6 +8,7 @@ from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, Inv
 
 if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.compilation import warm_up as warm_up
+    from idem_ros.core.geometry.undistortion import undistort as undistort
     from idem_ros.core.metric.cloud import Cloud as Cloud
     from idem_ros.core.metric.landscape import Landscape as Landscape
     from idem_ros.core.metric.q_tot import fourth_neighbor_distance as fourth_neighbor_distance
@@ -43,6 +44,7 @@ _LOADED_LATER = {
     'Landscape': 'metric.landscape',
     'region_along_axes': 'metric.region_of_interest',
     'region_on_grid': 'metric.region_of_interest',
+    'undistort': 'geometry.undistortion',
     'warm_up': 'compilation',
 }
 

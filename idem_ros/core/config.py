@@ -14,6 +14,8 @@ LENGTH_SCALES = ('radius', 'none')
 FREE_MOTIONS = ('guess', 'solve')
 ASSESSMENTS = ('none', 'verdict', 'swap')
 MODES = ('refine', 'audit')
+MOTIONS = ('none', 'guess', 'last')
+MOTION_REFERENCES = ('stamp', 'begin', 'middle', 'end')
 AUTO = 'auto'
 # Beyond these a value is a typing error, or asks for hours: no cloud is registered better by it.
 VOXEL_SIZES = 1e-9, 1e6
@@ -86,6 +88,19 @@ class RegistrationConfig:
         'what is said of a result: "verdict" (can it be trusted, and its covariance), "swap" (and '
         'how far from it the registration of target to source ends: twice the time) or "none"',
         choices=ASSESSMENTS,
+    )
+    motion: str = _parameter(
+        'none',
+        'what is undone of the motion during the sweep of a source whose points have times: '
+        '"none" (it stood still), "guess" (as neighbouring guesses have it) or "last" (as the '
+        'last two usable results have it)',
+        choices=MOTIONS,
+    )
+    motion_reference: str = _parameter(
+        'stamp',
+        'the instant of the sweep at which the pose is that of the source frame: "stamp", or the '
+        '"begin", "middle" or "end" of its point times',
+        choices=MOTION_REFERENCES,
     )
 
     def __post_init__(self) -> None:

@@ -18,9 +18,10 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.cloud import Cloud, CloudLike, as_cloud
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
-from idem_ros.core.result import RegistrationResult, agreement_at, result_at
+from idem_ros.core.result import RegistrationResult, agreement_at, result_at, with_motion
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import Pair, prepare
+from idem_ros.core.solve.sweep import Sweep, sweep_of
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.stages import Descent, descend, not_begun, stay
 from idem_ros.core.status import Status
@@ -38,6 +39,7 @@ def register(
     T_target_source: ArrayLike | None = None,
     config: RegistrationConfig | None = None,
     *,
+    twist: ArrayLike | None = None,
     tuning: SolverTuning = SOLVER,
     trust: TrustTuning = TRUST,
 ) -> RegistrationResult:
@@ -50,6 +52,9 @@ def register(
         source: (M, 3) points or a `Cloud`, in the source frame.
         T_target_source: (4, 4) initial guess; None: identity.
         config: `RegistrationConfig`; None: its defaults.
+        twist: (6,) x y z [length/s] rx ry rz [rad/s] of the source frame in its own axes during
+            the sweep of a source with times; what `config.motion` undoes. The guess, like the
+            result, is the pose at `config.motion_reference`.
         tuning, trust: other numbers than the solver and the verdict go by.
 
     Returns:
@@ -57,14 +62,30 @@ def register(
 
     Raises:
         InvalidCloud, InvalidTransform, InvalidConfig: for input that is no cloud, no rigid
-            transform or no `RegistrationConfig`.
+            transform or twist, or no `RegistrationConfig`.
     """
     config = RegistrationConfig() if config is None else config
     if not isinstance(config, RegistrationConfig):
         raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
-    workers, late_workers = _workers(config)
+    workers = _workers(config)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     target, source = in_threads(Workers(config.threads), as_cloud, (target, source))
+    sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
+    result = _registered(target, sweep, T, config, tuning, trust, workers)
+    return with_motion(result, sweep)
+
+
+def _registered(
+    target: Cloud,
+    sweep: Sweep,
+    T: Transform,
+    config: RegistrationConfig,
+    tuning: SolverTuning,
+    trust: TrustTuning,
+    both_workers: tuple[Workers, Workers],
+) -> RegistrationResult:
+    """Return the result of a target and the source of a `Sweep`, from the guess T."""
+    (workers, late_workers), source = both_workers, sweep.undone()
     config = with_voxel_size(config, target, source)
     T_guess = between_origins(target, source, T)
     try:

@@ -1,6 +1,6 @@
 """What a registration returns: the pose, how it came about, what is observable, a verdict."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.newton import Solution, Termination
 from idem_ros.core.solve.pair import Pair
+from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import ROS_ORDER, Agreement, Assessment, Verdict
 from idem_ros.core.trust.observability import Observability
@@ -48,6 +49,11 @@ class RegistrationResult:
     assessment: Assessment | None = None  # None where it was not asked for
     # edge of the voxels, in the clouds' unit, as given or as found; None: points as given
     voxel_size: float | None = None
+    # (6,), x y z rx ry rz of the source frame in its own axes during the sweep, a second, that was
+    # undone; None: none was
+    twist: Floats | None = None
+    moved: float = 0.0  # how far that moved the points, the median, in the clouds' unit
+    motion_flaw: str = ''  # why a motion that was to be undone was not
 
     @property
     def converged(self) -> bool:
@@ -108,6 +114,13 @@ def result_at(
         termination=solution.termination,
         confidence=descent.confidence,
         voxel_size=size_found(pair.config),
+    )
+
+
+def with_motion(result: RegistrationResult, sweep: Sweep) -> RegistrationResult:
+    """Return a result that tells what motion of the source's sensor was undone."""
+    return replace(
+        result, twist=sweep.twist_of_frame(), moved=sweep.moved(), motion_flaw=sweep.flaw
     )
 
 

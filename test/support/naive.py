@@ -122,3 +122,17 @@ def distances(target, source):
     rmse = [math.sqrt(sum(d * d for d in each) / len(each)) for each in (of_target, of_source)]
     chamfer = sum(of_target) / len(of_target) + sum(of_source) / len(of_source)
     return *rmse, chamfer, max(*of_target, *of_source)
+
+
+def undistort(points, times, twist, reference):
+    """exp((t - reference) twist) p of each point, by the series of the matrix exponential."""
+    (x, y, z), (a, b, c) = twist[:3], twist[3:]
+    generator = np.array([[0, -c, b, x], [c, 0, -a, y], [-b, a, 0, z], [0, 0, 0, 0]], float)
+    undone = []
+    for p, t in zip(points, times, strict=True):
+        motion, term = np.eye(4), np.eye(4)
+        for k in range(1, 60):
+            term = term @ generator * (t - reference) / k
+            motion = motion + term
+        undone.append(motion[:3, :3] @ p + motion[:3, 3])
+    return np.array(undone)

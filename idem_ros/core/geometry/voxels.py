@@ -41,6 +41,49 @@ def reduce_to_voxels(points: Points, weights: Weights, voxel_size: float) -> Vox
     return Voxels(mean, reduced)
 
 
+def mean_in_voxels(points: Points, weights: Weights, values: Floats, voxel_size: float) -> Floats:
+    """Return the mean value, (M,), of the points in each of the voxels of `reduce_to_voxels`.
+
+    values (N,): one of each point.
+    """
+    low, _ = bounds(points)
+    slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int32)
+    sums, corners = np.empty((len(points), 2)), np.empty((len(points), 3), np.int64)
+    n = _accumulate_values(points, weights, low, voxel_size, slots, corners, values, sums)
+    return sums[:n, 1] / sums[:n, 0]
+
+
+@kernel
+def _accumulate_values(
+    points: Points,
+    weights: Weights,
+    low: Point,
+    size: float,
+    slots: Integers32,
+    corners: Integers,
+    values: Floats,
+    sums: Floats,
+) -> int:
+    """Sum weights and weighted values of each voxel; voxels are numbered as in `_accumulate`."""
+    mask = slots.shape[0] - 1
+    each = np.int64(weights.shape[0] > 1)
+    n, v = 0, 0
+    last_x = last_y = last_z = -1
+    for i in range(points.shape[0]):
+        px, py, pz = points[i, 0] - low[0], points[i, 1] - low[1], points[i, 2] - low[2]
+        x, y, z = np.int64(px / size), np.int64(py / size), np.int64(pz / size)
+        if x != last_x or y != last_y or z != last_z:
+            v = _voxel_of(x, y, z, slots, mask, corners, n)
+            if v == n:
+                sums[n, :] = 0.0
+                n += 1
+            last_x, last_y, last_z = x, y, z
+        w = weights[i * each, 0]
+        sums[v, 0] += w
+        sums[v, 1] += w * values[i]
+    return n
+
+
 @kernel
 def _accumulate(
     points: Points,

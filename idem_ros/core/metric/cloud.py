@@ -8,12 +8,13 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from idem_ros.core.arrays import Indices, Mask, MomentRows, Point, Points, Weights
+from idem_ros.core.arrays import Floats, Indices, Mask, MomentRows, Point, Points, Weights
 from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.geometry.grid import Grid, bounds, build_grid
-from idem_ros.core.geometry.voxels import reduce_to_voxels
+from idem_ros.core.geometry.undistortion import checked_times
+from idem_ros.core.geometry.voxels import mean_in_voxels, reduce_to_voxels
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
@@ -57,19 +58,25 @@ class Cloud:
     Args:
         points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
             not finite, masked, or beyond 1e12, count in `dropped` and are left out of everything.
+        times: (N,) [s] from the cloud's stamp at which the points were measured, for a sensor
+            that moved meanwhile; None: all at once.
 
     Attributes:
         points: (K, 3) those that are left, minus `origin`; read-only.
         origin: (3,) the middle of the cloud; read-only.
         finite: (N,) bool: which of those given are left; read-only.
         dropped: how many are not.
+        times: (K,) of those that are left, or None; read-only.
 
     Raises:
-        InvalidCloud: another shape, not numbers, or no finite point.
+        InvalidCloud: another shape, not numbers, no finite point, or a point without its time.
     """
 
-    def __init__(self, points: ArrayLike) -> None:
-        self._init(*_centred_points(points), AS_MEASURED, KEPT)
+    def __init__(self, points: ArrayLike, times: ArrayLike | None = None) -> None:
+        origin, finite, kept = _centred_points(points)
+        self._init(origin, finite, kept, AS_MEASURED, KEPT)
+        if times is not None:
+            self.times = _read_only(checked_times(times, _checked_points(points))[finite])
 
     @classmethod
     def for_one_call(cls, points: ArrayLike) -> Cloud:
@@ -87,6 +94,7 @@ class Cloud:
         self.origin: Point = _read_only(origin)
         self.finite: Mask = _read_only(finite)
         self.dropped = len(finite) - len(points)
+        self.times: Floats | None = None
         self._kept = Kept(kept)
 
     def __len__(self) -> int:
@@ -170,7 +178,8 @@ class Cloud:
     def reduced(self, voxel_size: float) -> Cloud:
         """Return the cloud of voxel means, in this frame and with this origin; computed once.
 
-        Each mean has the weight and the scatter of the points that it stands for.
+        Each mean has the weight and the scatter of the points that it stands for, and their
+        mean time.
         """
         return self._kept.get('reduced', voxel_size, lambda: self._reduced(voxel_size))
 
@@ -178,6 +187,16 @@ class Cloud:
         cloud = Cloud.__new__(Cloud)
         mean, weights = reduce_to_voxels(self._points, self._weights, voxel_size)
         cloud._init(self.origin, np.ones(len(mean), bool), mean, weights, self._kept.most)
+        if self.times is not None:
+            times = mean_in_voxels(self._points, self._weights, self.times, voxel_size)
+            cloud.times = _read_only(times)
+        return cloud
+
+    def moved_to(self, points: Points) -> Cloud:
+        """Return a cloud of these points elsewhere, (K, 3) minus `origin`, each at its time."""
+        cloud = Cloud.__new__(Cloud)
+        cloud._init(self.origin, self.finite, points, self._weights, self._kept.most)
+        cloud.times = self.times
         return cloud
 
 
