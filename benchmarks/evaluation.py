@@ -26,7 +26,8 @@ from idem_ros.recording.messages import cloud_message, header, transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import pairs_of, replay
+from idem_ros.replay.pairs import pairs_of
+from idem_ros.replay.run import replay
 from idem_ros.replay.settings import Settings
 from idem_ros.simulation.body import SIZE, surface_points
 

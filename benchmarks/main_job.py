@@ -15,7 +15,7 @@ from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.pair import Pair
 from idem_ros.recording.messages import cloud_message
 from idem_ros.refinement.refiner import Refiner
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 
 DEMO, DEMO_VOXEL = 'bags/demo.mcap', 0.5
 SEEDS = 20

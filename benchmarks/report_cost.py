@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.goal import Goal
 from idem_ros.core import RegistrationConfig
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 from idem_ros.report.folder import write_report
 from idem_ros.results.record_text import record_text
 from idem_ros.results.summary import json_record

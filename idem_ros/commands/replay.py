@@ -96,13 +96,13 @@ def run(args):
 def _written(args, bag, settings, topics, notes=()):
     """Replay, write and print; return the exit code and the [`Replay`] of each method."""
     from idem_ros.recording.fingerprint import fingerprint
-    from idem_ros.replay.run import run_each
+    from idem_ros.replay.run import replay_each
     from idem_ros.results.summary import table, why_nothing
 
     inputs = [bag, *filter(None, [args.again, getattr(args, 'params', None)])]
     outputs = outputs_for(args, inputs, [each.method for each in settings])
     input_ = fingerprint(bag) if args.json or args.out else None
-    replays = run_each(bag, settings, progress=_progress, **topics)
+    replays = replay_each(bag, settings, progress=_progress, **topics)
     if not any(each.frames for each in replays):
         if replays[0].interrupted:
             raise KeyboardInterrupt

@@ -36,14 +36,14 @@ def evaluated(task, progress=lambda messages, total: messages):
 
     Args:
         task: `Task`.
-        progress: see `run_each`.
+        progress: see `replay_each`.
 
     Returns:
         `Outcome`; what is wrong with a recording is in it, not raised.
     """
     from idem_ros.recording.fingerprint import fingerprint
     from idem_ros.replay.provenance import made_by
-    from idem_ros.replay.run import run_each
+    from idem_ros.replay.run import replay_each
     from idem_ros.results.record_text import record_text
     from idem_ros.results.summary import json_record, why_nothing
 
@@ -52,7 +52,7 @@ def evaluated(task, progress=lambda messages, total: messages):
         key = identity(input_)
         if key in task.done:
             return Outcome(task.path, identity=key)
-        (replayed,) = run_each(task.path, [task.settings], progress=progress, **task.topics)
+        (replayed,) = replay_each(task.path, [task.settings], progress=progress, **task.topics)
     except (IdemError, OSError) as error:
         return Outcome(task.path, reason=str(error))
     if replayed.interrupted:

@@ -154,7 +154,7 @@ class LiveRegistration:
     def _publish_region(self) -> Answer:
         if self._last is None:
             return Answer(False, 'there is no result yet')
-        slice_ = slice_of(self._last, *self.refining.refiner.took_part)
+        slice_ = slice_of(self._last)
         self._outputs.publish_region(self._last, slice_)
         return Answer(True, str(slice_))
 
@@ -174,7 +174,7 @@ class LiveRegistration:
 
     def _publish_debug(self, refinement: Refinement) -> None:
         try:
-            self._outputs.publish_debug(refinement, self.refining.refiner.took_part)
+            self._outputs.publish_debug(refinement)
         except Exception as error:  # the pair was answered: it is no refusal
             self._log_unexpected(error)
 

@@ -57,18 +57,13 @@ class QTotSlice:
         )
 
 
-def slice_of(refinement, target, source, config):
-    """Evaluate q_tot of two clouds around their result; see `slice_around`.
-
-    Args:
-        refinement: `Refinement` of the two.
-        target, source: `Cloud`s that took part.
-        config: `RegistrationConfig` of the refinement.
+def slice_of(refinement):
+    """Evaluate q_tot of the clouds of a `Refinement` around their result; see `slice_around`.
 
     Raises:
         NoSlice: the result has no radius, as of too few points.
     """
-    result = refinement.result
+    result, (target, source, config) = refinement.result, refinement.took_part
     if not result.radius > 0.0:
         raise NoSlice(f'the last result has no radius: its status is {result.status.value}')
     poses = result.T_target_source, refinement.T_guess

@@ -1,7 +1,6 @@
 """The one path from a pair of messages to a refined transform, for the node and for replay."""
 
-from dataclasses import dataclass, replace
-from time import perf_counter_ns
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +15,9 @@ from idem_ros.core import (
     q_tot,
     register,
 )
-from idem_ros.messages.pointcloud2 import PointsRead, read_points
 from idem_ros.pairing.targets import LEAST_POINTS, UnusableTarget
-from idem_ros.refinement.preprocessing import Preprocessed, PreprocessingConfig, preprocess
+from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
+from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 
 class StageTimes(NamedTuple):
@@ -28,6 +27,14 @@ class StageTimes(NamedTuple):
     preparing: float = 0.0
     registering: float = 0.0
     judging: float = 0.0
+
+
+class TookPart(NamedTuple):
+    """What a refinement is made of."""
+
+    target: Cloud
+    source: Cloud
+    config: RegistrationConfig
 
 
 @dataclass(frozen=True)
@@ -57,25 +64,8 @@ class Refinement:
     thinned: int = 0
     """Points left out of both clouds for `max_points`."""
     times: StageTimes = StageTimes()
-
-
-@dataclass(frozen=True)
-class PreparedCloud:
-    """A cloud as it was read, what of it takes part, and that prepared."""
-
-    read: PointsRead
-    preprocessed: Preprocessed
-    cloud: Cloud
-    reading_ms: float
-    preparing_ms: float
-
-
-class TookPart(NamedTuple):
-    """What the last refinement was made of."""
-
-    target: Cloud
-    source: Cloud
-    config: RegistrationConfig
+    took_part: TookPart | None = field(default=None, repr=False, compare=False)
+    """None: the clouds were let go of."""
 
 
 class Idem:
@@ -101,15 +91,12 @@ class Refiner:
         judge_guess: whether q_tot is evaluated at the guess, too.
         preprocessing: `PreprocessingConfig`; None: its defaults.
         method: what registers, see `Idem`; None: that.
-
-    Attributes:
-        took_part: `TookPart` of the last refinement; None before.
     """
 
     def __init__(self, config=None, judge_guess=False, preprocessing=None, method=None):
         self._judge_guess = judge_guess
         self._method = method or Idem()
-        self._target_of = self._target = self.took_part = None
+        self._target_of = self._target = None
         self._last = None, None
         self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
 
@@ -133,33 +120,28 @@ class Refiner:
         T_guess = self._guess_of(pair, frames)
         target = self._prepared_target(pair.target, preprocessing)
         source = prepared('source', pair.source, preprocessing)
-        clouds = target.cloud, source.cloud
         preparing_ms = watch.lap()
-        found = self._method.register(*clouds, T_guess, config)
-        registering_ms = watch.lap()
-        config = replace(config, voxel_size=found.voxel_size)  # what "auto" was
-        result = self._method.judged(found, *clouds, config)
-        judged = q_tot_at(T_guess, *clouds, result.radius, config) if self._judge_guess else None
-        self.took_part = TookPart(*clouds, config)
-        self._last = self._last_after(pair, frames, result)
         fresh = [each for each in (target, source) if each is not kept]
-        refinement = Refinement(
+        refinement = registered(
+            self._method,
+            (target.cloud, source.cloud),
+            T_guess,
+            config,
+            self._judge_guess,
             stamp=pair.stamp,
             target_frame=frames[0],
             source_frame=frames[1],
-            T_guess=T_guess,
-            result=result,
-            q_tot_before=judged,
-            time_ms=preparing_ms + registering_ms,
-            **_counts(target, source),
+            time_ms=preparing_ms,
+            points_target=len(target.preprocessed.points),
+            points_source=len(source.preprocessed.points),
+            **left_out(target, source),
             times=StageTimes(
                 reading=sum(each.reading_ms for each in fresh),
                 preparing=sum(each.preparing_ms for each in fresh),
-                registering=registering_ms,
-                judging=watch.lap(),
             ),
         )
-        _require_enough(target.cloud, config, refinement)
+        self._last = self._last_after(pair, frames, refinement.result)
+        _require_enough(refinement)
         return refinement
 
     def _guess_of(self, pair, frames) -> NDArray:
@@ -186,8 +168,38 @@ class Refiner:
         return self._target
 
 
-def _require_enough(target, config, refinement):
+def registered(method, clouds, T_guess, config, judge_guess=True, **known) -> Refinement:
+    """Register two clouds and judge what comes of it.
+
+    Args:
+        method: see `Idem`.
+        clouds: `Cloud`s of target and source.
+        T_guess: (4, 4), source in target frame.
+        config: `RegistrationConfig`.
+        judge_guess: whether q_tot is evaluated at the guess, too.
+        known: of the other fields of a `Refinement`; `time_ms` and `times` of what was before.
+    """
+    watch = Stopwatch()
+    found = method.register(*clouds, T_guess, config)
+    registering_ms = watch.lap()
+    config = replace(config, voxel_size=found.voxel_size)  # what "auto" was
+    result = method.judged(found, *clouds, config)
+    before = q_tot_at(T_guess, *clouds, result.radius, config) if judge_guess else None
+    times = known.pop('times', StageTimes())
+    return Refinement(
+        T_guess=T_guess,
+        result=result,
+        q_tot_before=before,
+        time_ms=known.pop('time_ms') + registering_ms,
+        times=times._replace(registering=registering_ms, judging=watch.lap()),
+        took_part=TookPart(*clouds, config),
+        **known,
+    )
+
+
+def _require_enough(refinement):
     """Refuse a target of which nothing could be evaluated, with what came of it all the same."""
+    target, _, config = refinement.took_part
     if refinement.result.radius > 0.0 or refinement.result.status is Status.NO_OVERLAP:
         return
     size, why = config.voxel_size, ''
@@ -214,51 +226,6 @@ def _lineage(pair, frames):
     return frames, pair.jumps, pair.guess.start
 
 
-def _counts(target, source):
-    """Return the points of both clouds that take part, and those that do not and why."""
-    inputs = target, source
-    return {
-        'points_target': len(target.preprocessed.points),
-        'points_source': len(source.preprocessed.points),
-        'dropped_nonfinite': sum(each.read.dropped_nonfinite for each in inputs),
-        'dropped_zero': sum(each.read.dropped_zero for each in inputs),
-        'cropped': sum(each.preprocessed.cropped for each in inputs),
-        'thinned': sum(each.preprocessed.thinned for each in inputs),
-    }
-
-
-def prepared(role, message, preprocessing) -> PreparedCloud:
-    """Read a PointCloud2 and prepare what of it takes part.
-
-    Args:
-        role: 'target' or 'source', which errors name.
-        message: see `read_points`.
-        preprocessing: `PreprocessingConfig`.
-
-    Raises:
-        IdemError: it cannot be read, or no point takes part.
-    """
-    watch = Stopwatch()
-    read = _named(role, read_points, message)
-    reading_ms = watch.lap()
-    is_target = role == 'target'
-    kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
-    cloud = _named(role, Cloud, kept.points)
-    return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
-
-
-class Stopwatch:
-    """Times stages one after the other."""
-
-    def __init__(self):
-        self._since = perf_counter_ns()
-
-    def lap(self) -> float:
-        """Return the time since it was made, or since the last lap [ms]."""
-        before, self._since = self._since, perf_counter_ns()
-        return (self._since - before) / 1e6
-
-
 def q_tot_at(T_target_source, target, source, radius, config):
     """Return q_tot [nat] of two `Cloud`s somewhere, comparable with a result of this radius."""
     if radius == 0.0:  # too few points, or all in one place: nothing was evaluated
@@ -268,11 +235,3 @@ def q_tot_at(T_target_source, target, source, radius, config):
         target, source = target.reduced(voxel_size), source.reduced(voxel_size)
     scale = config.length_scale
     return q_tot(target, source, T_target_source, radius=radius, length_scale=scale)
-
-
-def _named(role, read, given):
-    """Read one of the inputs; let its error say which it was."""
-    try:
-        return read(given)
-    except IdemError as error:
-        raise type(error)(f'{role}: {error}') from error

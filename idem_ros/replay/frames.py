@@ -1,5 +1,6 @@
 """What became of a recording: numbers of each frame, no messages and no clouds."""
 
+from collections.abc import Callable
 from collections.abc import Sequence as Records
 from dataclasses import dataclass, field
 
@@ -46,6 +47,33 @@ class Frame:
         )
 
 
+class Frames(Records):
+    """The frames of a replay, each read from disk when it is asked for.
+
+    Args:
+        results: of (log time, `Refinement`).
+        truth_of: gives the (4, 4) truth of a `Refinement`, or None.
+    """
+
+    def __init__(
+        self,
+        results: Records[tuple[int, Refinement]],
+        truth_of: Callable[[Refinement], NDArray | None],
+    ):
+        self._results, self._truth_of = results, truth_of
+
+    def __len__(self):
+        """Return how many there are."""
+        return len(self._results)
+
+    def __getitem__(self, index):
+        """Return a `Frame`, or a list of those of a slice."""
+        if isinstance(index, slice):
+            return [self[i] for i in range(len(self))[index]]
+        log_time, refinement = self._results[index]
+        return Frame(log_time, refinement, self._truth_of(refinement))
+
+
 @dataclass(frozen=True)
 class Sequence:
     """What odometry knows beside its frames, whose transforms are poses in the first scan's."""
@@ -68,14 +96,14 @@ class Replay:
     """On disk, see `Spool`; so are the refused."""
     refused: Records[Refusal]
     """Sources with a reason why they were not refined."""
-    dropped: int
-    """Sources that waited for a target or a guess until newer ones took their place."""
-    unpaired: int
-    """Sources that still waited when the recording ended."""
-    unpaired_for: str
-    """What those waited for."""
     notes: tuple[str, ...]
     """What a reader should know of the recording: no guess topic, a missing end."""
+    dropped: int = 0
+    """Sources that waited for a target or a guess until newer ones took their place."""
+    unpaired: int = 0
+    """Sources that still waited when the recording ended."""
+    unpaired_for: str = ''
+    """What those waited for."""
     unpaired_why: str = ''
     """Why the newest of those that still waited did."""
     method: str = IDEM

@@ -1,27 +1,177 @@
-"""Do what settings ask for: refine pairs, or follow a sequence of scans."""
+"""One pass over a recording: what its messages complete is registered in every way asked for."""
 
-from idem_ros.core.exceptions import IdemError
-from idem_ros.replay.pairs import replay_each, silent
-from idem_ros.replay.sequence import odometry_each
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from itertools import chain
+
+from idem_ros.core import IdemError, RegistrationConfig, warm_up
+from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.pair import Refusal
+from idem_ros.pairing.pairing import PairingConfig
+from idem_ros.recording.reader import open_recording
+from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.replay.frames import Frames, Replay
+from idem_ros.replay.pairs import Pairs, messages_of
+from idem_ros.replay.selection import Selection
+from idem_ros.replay.sequence import Scans
+from idem_ros.replay.settings import Settings
+from idem_ros.replay.spool import Spool
+from idem_ros.replay.truths import Truths
+from idem_ros.terminal.interrupts import held_back
+
+Progress = Callable[[Iterable, int], Iterable]
 
 
-class UselessTopic(IdemError):
-    """A topic that is named for a role which what is asked for does not have."""
+def silent(messages, total):
+    """Show nothing of how far an iteration is."""
+    return messages
 
 
-def run_each(path, settings, *, progress=silent, **topics):
-    """Replay a recording by one or several `Settings`, see `replay_each` and `odometry_each`.
+def replay(
+    path, config=None, *, preprocessing=None, pairing=None, guess=None, progress=silent, **topics
+):
+    """Refine every complete pair of a recording by IDEM, see `replay_each`.
+
+    Args:
+        path: a recording, as `open_recording` takes it.
+        config: `RegistrationConfig`; None: its defaults.
+        preprocessing: `PreprocessingConfig`; None: its defaults.
+        pairing: `PairingConfig`; None: its defaults.
+        guess: `GuessConfig`; None: its defaults.
+        progress, **topics: see `replay_each`.
+
+    Returns:
+        `Replay`
+    """
+    settings = Settings(
+        config or RegistrationConfig(),
+        preprocessing or PreprocessingConfig(),
+        pairing or PairingConfig(),
+        guess or GuessConfig(),
+    )
+    (replayed,) = replay_each(path, [settings], progress=progress, **topics)
+    return replayed
+
+
+def replay_each(path, settings, *, progress: Progress = silent, **topics):
+    """Replay a recording in several ways at once; of pairs none is dropped for want of time.
+
+    What is registered are its `Pairs`, or with `sequence` in the settings its `Scans`. Ctrl-C
+    ends the pass; what was done is returned, and says so.
+
+    Args:
+        path: a recording, as `open_recording` takes it.
+        settings: [`Settings`]; the first says what is registered and how it is paired.
+        progress: wraps the iteration over `total` messages to show how far it is.
+        topics: {role + '_topic': name, or None: found by type}; of pairs `target_topic`,
+            `source_topic`, `guess_topic`, `truth_topic` and `tf_topic` (names of topics of
+            transforms), of a sequence `source_topic` and `truth_topic`.
+
+    Returns:
+        [`Replay`] of each settings, of the same pairs or scans.
 
     Raises:
-        UselessTopic: a target or a guess is named, and odometry has neither.
+        UnreadableRecording, UnreadableTopic, TopicNotFound: there is nothing to replay.
+        UselessTopic: a target or a guess is named, and a sequence has neither.
+        PeersMissing: small_gicp is asked for and not installed.
     """
-    if settings[0].sequence is None:
-        return replay_each(path, settings, progress=progress, **topics)
-    for role in ('target', 'guess', 'tf'):
-        if useless := topics.pop(f'{role}_topic', None):
-            name = useless if isinstance(useless, str) else ', '.join(useless)
-            raise UselessTopic(
-                f'{name} is named, but a sequence has neither target nor guess: '
-                '--source-topic names the scans, --truth-topic the true poses'
-            )
-    return odometry_each(path, settings, progress=progress, **topics)
+    first = settings[0]
+    with open_recording(path, first.max_chunk) as recording:
+        pairing = (Pairs if first.sequence is None else Scans)(recording, first, **topics)
+        lanes = [_Lane(each, pairing.refiner(each)) for each in settings]
+        total = sum(recording.topics[name].count for name in pairing.topics.names)
+        messages = progress(messages_of(recording, pairing.topics), total)
+        warm_up()
+        pass_ = _Pass(pairing, lanes, Selection(first, recording.begin))
+        interrupted = pass_.run(messages)
+        return pass_.finished(recording, interrupted)
+
+
+@dataclass
+class _Lane:
+    """One way to register, and what came of it."""
+
+    settings: Settings
+    refine: Callable
+    results: Spool = field(default_factory=Spool)
+    """Of (log time, `Refinement`)."""
+    refused: Spool = field(default_factory=Spool)
+
+    def outcome(self, item):
+        """Return a `Refinement`, a `Refusal`, or None of the first scan."""
+        try:
+            return self.refine(item)
+        except IdemError as error:
+            return Refusal(item.stamp, str(error))
+
+    def keep(self, log_time, outcome):
+        if isinstance(outcome, Refusal):
+            self.refused.append(outcome)
+        elif outcome is not None:
+            self.results.append((log_time, replace(outcome, took_part=None)))
+
+
+@dataclass
+class _Pass:
+    """The state of one pass: the truth of a source may come after its result."""
+
+    pairing: Pairs | Scans
+    lanes: list[_Lane]
+    selection: Selection
+    truths: Truths = field(default_factory=Truths)
+
+    def run(self, messages):
+        """Take every message; return whether somebody interrupted it."""
+        try:
+            with held_back() as interrupted:
+                for topic, log_time, message in messages:
+                    if interrupted() or self._is_complete(log_time):
+                        break
+                    self._take(topic, log_time, message)
+                return interrupted()
+        except KeyboardInterrupt:
+            return True
+
+    def _is_complete(self, log_time):
+        if not self.selection.is_over(log_time) or self.pairing.waiting:
+            return False
+        return not self.pairing.topics.truth or self.truths.came_for(self.pairing.awaited)
+
+    def _take(self, topic, log_time, message):
+        topics = self.pairing.topics
+        if topic == topics.truth:
+            self.truths.add(message)
+        elif topic == topics.source and not self.selection.takes(log_time):
+            self.pairing.leave_out(message)
+        else:
+            for item in self.pairing.completed_by(topic, message):
+                # all of them first: after an interruption each lane has the same
+                outcomes = [lane.outcome(item) for lane in self.lanes]
+                for lane, outcome in zip(self.lanes, outcomes, strict=True):
+                    lane.keep(log_time, outcome)
+
+    def finished(self, recording, interrupted):
+        """Return the [`Replay`] of each lane."""
+        self.truths = self.pairing.in_one_frame(self.truths)
+        replays = [self._finished(lane, recording, interrupted) for lane in self.lanes]
+        notes = ['interrupted: what came later in the recording is not in here'] * interrupted
+        notes += [*self.pairing.notes(), *self.selection.notes()]
+        notes += [*self.truths.notes, *recording.warnings]
+        return [replace(each, notes=(*each.notes, *notes)) for each in replays]
+
+    def _finished(self, lane, recording, interrupted):
+        truth_of, sequence, notes = self.pairing.judged(lane.settings, lane.results, self.truths)
+        for _, refinement in lane.results:
+            truth_of(refinement)  # of each: why it is not believed is among the notes
+        return Replay(
+            path=str(recording.path),
+            topics=self.pairing.topics,
+            frames=Frames(lane.results, truth_of),
+            refused=Spool(chain(self.pairing.refused, lane.refused)),
+            notes=notes,
+            method=lane.settings.method,
+            interrupted=interrupted,
+            sequence=sequence,
+            lost=dict(recording.lost),
+            **self.pairing.left(),
+        )

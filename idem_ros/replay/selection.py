@@ -35,10 +35,10 @@ class Selection:
         """Return whether no source from log_time [ns] on is to be refined."""
         return log_time >= self._end
 
-    def note(self):
-        """Return what was left out in a sentence; empty where nothing was."""
+    def notes(self):
+        """Return what was left out, in a sentence; none where nothing was."""
         if not self.left_out:
-            return ''
+            return []
         start, duration, every = (
             self._settings.start,
             self._settings.duration,
@@ -46,4 +46,4 @@ class Selection:
         )
         until = '' if duration is None else f' for {duration:g} s'
         taken = f'one in {every} is taken, from {start:g} s on{until}'
-        return f'{self.left_out} sources left out: {taken}'
+        return [f'{self.left_out} sources left out: {taken}']

@@ -10,7 +10,7 @@ from benchmarks.goal import Goal
 from idem_ros.core import RegistrationConfig
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 
 DEMO = RegistrationConfig(voxel_size=0.5)
 

@@ -10,7 +10,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.sequence import odometry_each
+from idem_ros.replay.run import replay_each
 from idem_ros.replay.settings import Settings
 
 CONFIG = RegistrationConfig(voxel_size=0.15)
@@ -68,7 +68,7 @@ def test_odometry_keeps_the_axes_that_the_walls_determine(tmp_path, rng, sequenc
         for k in range(SCANS)
     ]
     write_mcap(path, sorted(messages + truth, key=lambda each: each[1]))
-    (result,) = odometry_each(path, [Settings(config=CONFIG, sequence=sequence)])
+    (result,) = replay_each(path, [Settings(config=CONFIG, sequence=sequence)])
     found = result.frames[-1].refinement.result
     assert found.status is Status.DEGENERATE
     y, yaw = across(found.T_target_source, SCANS - 1)

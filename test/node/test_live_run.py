@@ -21,7 +21,7 @@ from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
 from idem_ros.refinement.preprocessing import PreprocessingConfig
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 
 PATIENCE = 120.0  # a scan that needs it fails; none that passes does
 

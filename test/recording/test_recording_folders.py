@@ -12,7 +12,7 @@ from idem_ros.recording.messages import typestore
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.search import recordings_in
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 from idem_ros.results.gate import findings, read_rules
 from idem_ros.results.record_text import record_text
 from idem_ros.results.result_file import read_result

@@ -10,7 +10,8 @@ from idem_ros.recording.from_files import folder_messages
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import pairs_of, replay
+from idem_ros.replay.pairs import pairs_of
+from idem_ros.replay.run import replay
 
 STAMPS = [0, 5_200_000_000, 5_200_000_100, 5_400_000_000]  # timeless; 100 ns apart
 

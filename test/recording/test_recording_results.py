@@ -6,7 +6,7 @@ from recordings import scans
 
 from idem_ros.recording.results import result_messages
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 
 
 @pytest.fixture

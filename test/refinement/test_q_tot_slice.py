@@ -28,13 +28,14 @@ def pair(rng):
 
 def refined(clouds, config, guess=None):
     guess = np.eye(4) if guess is None else guess
-    return SimpleNamespace(T_guess=guess, result=register(*clouds, guess, config))
+    result = register(*clouds, guess, config)
+    return SimpleNamespace(T_guess=guess, result=result, took_part=(*clouds, config))
 
 
 def test_slice_holds_q_tot_at_each_shift_rows_along_y(clouds):
     config = RegistrationConfig(voxel_size=0.1)
     refinement = refined(clouds, config)
-    slice_ = slice_of(refinement, *clouds, config)
+    slice_ = slice_of(refinement)
     assert slice_.q_tot.shape == (STEPS, STEPS)
     for row, column in ((12, 12), (3, 20)):
         shifted = refinement.result.T_target_source.copy()
@@ -48,15 +49,15 @@ def test_slice_reaches_as_far_as_the_guess_but_no_farther_than_ten_radii(clouds)
     config = RegistrationConfig(voxel_size=0.1)
     refinement = refined(clouds, config)
     radius = refinement.result.radius
-    assert slice_of(refinement, *clouds, config).shifts[-1] >= 2.5 * radius
+    assert slice_of(refinement).shifts[-1] >= 2.5 * radius
     refinement.T_guess[0, 3] += 1000.0
-    far = slice_of(refinement, *clouds, config)
+    far = slice_of(refinement)
     assert far.shifts[-1] == pytest.approx(10.0 * radius)
 
 
 def test_slice_says_in_a_sentence_what_it_shows(clouds):
     config = RegistrationConfig(voxel_size=0.1)
-    text = str(slice_of(refined(clouds, config), *clouds, config))
+    text = str(slice_of(refined(clouds, config)))
     assert 'on 25 x 25 cells of ' in text
     assert 'the region of interest covers ' in text
 
@@ -64,7 +65,7 @@ def test_slice_says_in_a_sentence_what_it_shows(clouds):
 def test_result_without_a_radius_has_no_slice():
     few = Cloud(np.eye(3)), Cloud(np.eye(3))
     with pytest.raises(NoSlice, match='too_few_points'):
-        slice_of(refined(few, RegistrationConfig()), *few, RegistrationConfig())
+        slice_of(refined(few, RegistrationConfig()))
 
 
 def test_a_map_far_larger_than_the_source_changes_nothing(pair, rng):

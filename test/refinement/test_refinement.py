@@ -13,14 +13,16 @@ from idem_ros.core import (
     register,
 )
 from idem_ros.core.geometry.se3 import exp, inverse, transform_points
+from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import matrix_of
 from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.pair import Pair
 from idem_ros.recording.messages import cloud_message
-from idem_ros.refinement import refiner as refinement
+from idem_ros.refinement import prepared_cloud
 from idem_ros.refinement.diagnostics import OK, WARN, level, reason, refinement_values
+from idem_ros.refinement.prepared_cloud import prepared
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
-from idem_ros.refinement.refiner import Refiner, prepared
+from idem_ros.refinement.refiner import Refiner
 
 
 def guess_of(message):
@@ -61,16 +63,15 @@ def test_q_tot_before_is_comparable_with_q_tot_after(pair, voxel_size):
 
 def test_q_tot_before_is_that_of_the_metric(pair):
     refined = Refiner(judge_guess=True).refine(pair)
-    points = [refinement.read_points(cloud).points for cloud in (pair.target, pair.source)]
+    points = [read_points(cloud).points for cloud in (pair.target, pair.source)]
     expected = q_tot(*points, refined.T_guess, radius=refined.result.radius)
     assert refined.q_tot_before == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_target_that_stays_is_read_once(pair, monkeypatch):
     read = []
-    original = refinement.read_points
     monkeypatch.setattr(
-        refinement, 'read_points', lambda message: read.append(message) or original(message)
+        prepared_cloud, 'read_points', lambda message: read.append(message) or read_points(message)
     )
     refiner = Refiner()
     first, second = refiner.refine(pair), refiner.refine(pair)
@@ -158,7 +159,7 @@ def test_points_left_out_of_both_clouds_are_counted(rng):
 def test_points_left_out_on_request_take_no_part_and_are_counted(pair):
     config = PreprocessingConfig(crop_min=(0.0, -9.0, -9.0), crop_target=True, max_points=150)
     refined = Refiner(preprocessing=config).refine(pair)
-    read = [refinement.read_points(cloud).points for cloud in (pair.target, pair.source)]
+    read = [read_points(cloud).points for cloud in (pair.target, pair.source)]
     kept = [preprocess(points, config, is_target=True) for points in read]
     expected = register(*(each.points for each in kept), refined.T_guess)
     np.testing.assert_array_equal(refined.result.T_target_source, expected.T_target_source)
@@ -178,9 +179,8 @@ def test_a_cloud_with_nothing_left_is_refused_by_its_name_and_that_of_the_parame
 
 def test_other_parameters_hold_from_the_next_refinement_on(pair, monkeypatch):
     read = []
-    original = refinement.read_points
     monkeypatch.setattr(
-        refinement, 'read_points', lambda message: read.append(message) or original(message)
+        prepared_cloud, 'read_points', lambda message: read.append(message) or read_points(message)
     )
     refiner = Refiner()
     refiner.refine(pair)
@@ -232,8 +232,7 @@ def test_time_is_that_of_the_stages_and_a_kept_target_costs_nothing_again(pair, 
     alone = prepared('source', pair.source, PreprocessingConfig())
     assert set(map(type, (*first.times, alone.reading_ms, alone.preparing_ms))) == {float}
     monkeypatch.setattr(
-        refinement,
-        'prepared',
+        'idem_ros.refinement.refiner.prepared',
         lambda role, *given: replace(
             prepared(role, *given), reading_ms={'target': 100.0, 'source': 7.0}[role]
         ),
@@ -242,10 +241,8 @@ def test_time_is_that_of_the_stages_and_a_kept_target_costs_nothing_again(pair, 
     assert [fresh.refine(pair).times.reading for _ in range(2)] == [107.0, 7.0]
 
 
-def test_what_took_part_in_the_last_refinement_is_kept(pair):
-    refiner = Refiner()
-    assert refiner.took_part is None
-    refined = refiner.refine(pair)
+def test_a_refinement_carries_what_it_is_made_of(pair):
+    refined = Refiner().refine(pair)
     points = [refined.points_target, refined.points_source]
-    assert [len(cloud) for cloud in refiner.took_part[:2]] == points
-    assert refiner.took_part.config == RegistrationConfig(voxel_size=None)  # so few: as given
+    assert [len(cloud) for cloud in refined.took_part[:2]] == points
+    assert refined.took_part.config == RegistrationConfig(voxel_size=None)  # so few: as given

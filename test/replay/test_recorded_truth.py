@@ -11,9 +11,8 @@ from idem_ros.files.trajectory_file import read_trajectory
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import replay_each
 from idem_ros.replay.recorded_truth import NoTruth, is_relative, read_truth
-from idem_ros.replay.sequence import odometry_each
+from idem_ros.replay.run import replay_each
 from idem_ros.replay.settings import Settings
 
 COUNT = 5
@@ -49,7 +48,7 @@ def drive(rng, poses, frames=('target', 'source'), truth_frames=None, left_out=(
 def test_odometry_of_scans_with_relative_truth_has_small_errors(tmp_path, rng, poses, frames):
     path = tmp_path / 'x.mcap'
     write_mcap(path, drive(rng, poses, frames))
-    (replayed,) = odometry_each(path, [Settings(sequence='scan')])
+    (replayed,) = replay_each(path, [Settings(sequence='scan')])
     errors = [frame.error_after() for frame in replayed.frames]
     assert len(errors) == COUNT - 2
     assert max(each.translation_m for each in errors) < 0.02

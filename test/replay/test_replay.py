@@ -16,7 +16,7 @@ from idem_ros.recording.reader import UnreadableRecording
 from idem_ros.recording.topics import TopicNotFound
 from idem_ros.recording.writer import write_mcap
 from idem_ros.refinement.refiner import Refiner
-from idem_ros.replay.pairs import replay, replay_each
+from idem_ros.replay.run import replay, replay_each
 from idem_ros.replay.settings import Settings
 
 ROLES = {'/target': 'add_target', '/source': 'add_source', '/initial_guess': 'add_guess'}

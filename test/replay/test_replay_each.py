@@ -8,7 +8,7 @@ from replayed import replayed
 
 from idem_ros.core import Cloud, RegistrationConfig
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import replay, replay_each
+from idem_ros.replay.run import replay, replay_each
 from idem_ros.replay.settings import Settings
 
 

@@ -6,7 +6,7 @@ from clouds import surface
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.recording.messages import cloud_message
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.pairs import replay, replay_each
+from idem_ros.replay.run import replay, replay_each
 from idem_ros.replay.settings import Settings
 
 STEP = 100_000_000

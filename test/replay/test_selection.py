@@ -17,7 +17,7 @@ def taken(count=10, **settings):
 
 def test_by_default_all_are_taken_and_nothing_is_noted():
     assert taken() == list(range(10))
-    assert Selection(Settings(), BEGIN).note() == ''
+    assert Selection(Settings(), BEGIN).notes() == []
 
 
 def test_a_span_of_time_begins_with_its_start_and_ends_before_its_end():
@@ -43,7 +43,7 @@ def test_what_is_left_out_is_noted():
     selection = Selection(Settings(start=1.0, duration=2.0, every=2), BEGIN)
     for i in range(5):
         selection.takes(BEGIN + i * SECOND)
-    assert selection.note() == '4 sources left out: one in 2 is taken, from 1 s on for 2 s'
+    assert selection.notes() == ['4 sources left out: one in 2 is taken, from 1 s on for 2 s']
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.recording.topics import TopicNotFound
 from idem_ros.recording.writer import write_mcap
 from idem_ros.refinement.preprocessing import PreprocessingConfig
-from idem_ros.replay.pairs import silent
 from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
-from idem_ros.replay.sequence import SCANS_KEPT, continued, odometry_each
+from idem_ros.replay.run import replay_each, silent
+from idem_ros.replay.sequence import SCANS_KEPT, continued
 from idem_ros.replay.settings import Settings
 
 TWIST = np.array([0.02, -0.01, 0.05, 0.03, 0.02, -0.01])
@@ -43,7 +43,7 @@ def odometry(tmp_path):
         path = tmp_path / 'walk.mcap'
         write_mcap(path, messages)
         settings = Settings(**{'config': CONFIG, 'sequence': 'scan', **settings})
-        (result,) = odometry_each(path, [settings], progress=progress, **(topics or {}))
+        (result,) = replay_each(path, [settings], progress=progress, **(topics or {}))
         return result
 
     return run
@@ -112,7 +112,7 @@ def test_several_methods_follow_the_same_scans(tmp_path, rng):
     messages, truths = walk(rng)
     write_mcap(tmp_path / 'walk.mcap', messages)
     settings = [Settings(CONFIG, sequence='submap', method=m) for m in ('idem', 'gicp', 'vgicp')]
-    results = odometry_each(tmp_path / 'walk.mcap', settings)
+    results = replay_each(tmp_path / 'walk.mcap', settings)
     for each, of in zip(results, settings, strict=True):
         assert each.method == of.method
         assert [f.refinement.stamp for f in each.frames] == [START + i * STEP for i in range(1, 8)]

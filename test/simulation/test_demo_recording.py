@@ -7,7 +7,7 @@ from recordings import transforms_of, write_rosbag1, write_sqlite3
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.recording.reader import open_recording
-from idem_ros.replay.pairs import replay
+from idem_ros.replay.run import replay
 
 DEMO = ROOT / 'bags' / 'demo.mcap'
 CONFIG = RegistrationConfig(voxel_size=0.5)

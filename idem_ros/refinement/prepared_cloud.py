@@ -1,0 +1,69 @@
+"""A cloud on its way from a message to what is registered, and what each stage takes."""
+
+from dataclasses import dataclass
+from time import perf_counter_ns
+
+from idem_ros.core import Cloud, IdemError
+from idem_ros.messages.pointcloud2 import PointsRead, read_points
+from idem_ros.refinement.preprocessing import Preprocessed, preprocess
+
+
+@dataclass(frozen=True)
+class PreparedCloud:
+    """A cloud as it was read, what of it takes part, and that prepared."""
+
+    read: PointsRead
+    preprocessed: Preprocessed
+    cloud: Cloud
+    reading_ms: float
+    preparing_ms: float
+
+
+def prepared(role, message, preprocessing) -> PreparedCloud:
+    """Read a PointCloud2 and prepare what of it takes part.
+
+    Args:
+        role: 'target' or 'source', which errors name.
+        message: see `read_points`.
+        preprocessing: `PreprocessingConfig`.
+
+    Raises:
+        IdemError: it cannot be read, or no point takes part.
+    """
+    watch = Stopwatch()
+    read = _named(role, read_points, message)
+    reading_ms = watch.lap()
+    is_target = role == 'target'
+    kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
+    cloud = _named(role, Cloud, kept.points)
+    return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
+
+
+def left_out(*clouds):
+    """Return {why: how many points of `PreparedCloud`s take no part}, as `Refinement` has it."""
+    return {
+        'dropped_nonfinite': sum(each.read.dropped_nonfinite for each in clouds),
+        'dropped_zero': sum(each.read.dropped_zero for each in clouds),
+        'cropped': sum(each.preprocessed.cropped for each in clouds),
+        'thinned': sum(each.preprocessed.thinned for each in clouds),
+    }
+
+
+class Stopwatch:
+    """Times stages one after the other."""
+
+    def __init__(self):
+        self._since = perf_counter_ns()
+
+    def lap(self) -> float:
+        """Return the time since it was made, or since the last lap [ms]."""
+        before, self._since = self._since, perf_counter_ns()
+        return (self._since - before) / 1e6
+
+
+def _named(role, read, given):
+    """Read one of the inputs; let its error say which it was."""
+    try:
+        return read(given)
+    except IdemError as error:
+        raise type(error)(f'{role}: {error}') from error
