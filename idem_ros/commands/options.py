@@ -11,6 +11,7 @@ from idem_ros.files.columns import parse_columns
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.parameters.fields import is_optional, is_whole, parameter_name
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 TITLES = {
@@ -18,6 +19,7 @@ TITLES = {
     PreprocessingConfig: 'points that take part',
     PairingConfig: 'pairing of clouds by their stamps',
     GuessConfig: 'initial guesses',
+    PointTimeConfig: 'times of points within a sweep',
 }
 CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .pts .asc .bin .npy .las .laz .e57'
 REPLAYED = tuple(TITLES)

@@ -1,15 +1,21 @@
 """PointCloud2-like messages to points and back, whoever deserialised them; imports no ROS."""
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.messages.azimuth_times import azimuth_times
+from idem_ros.messages.point_times import NoTimes, TimesRead, first_times, time_fields, times_of
+from idem_ros.messages.transform_message import stamp_ns
 
 FLOAT32, FLOAT64 = 7, 8
 COORDINATE_TYPES = {FLOAT32: 'f4', FLOAT64: 'f8'}
+TYPES = dict(enumerate(('i1', 'u1', 'i2', 'u2', 'i4', 'u4', 'f4', 'f8'), start=1))
 BLOCK = 1024  # points looked at in one go
 
 
@@ -27,6 +33,8 @@ class PointsRead:
     """Points with a coordinate that is NaN or infinite."""
     dropped_zero: int
     """Points at exactly (0, 0, 0): how drivers fill what they did not measure."""
+    times: TimesRead = TimesRead(None, '')
+    """When each of the points was measured."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,7 @@ class PackedCloud:
         return {name: getattr(self, name) for name in names}
 
 
-def read_points(message):
+def read_points(message, times=None):
     """Read x, y, z of a PointCloud2; the message itself is left untouched.
 
     Any order of fields, padding of points and rows, organised clouds, float32 and float64 and both
@@ -59,14 +67,17 @@ def read_points(message):
 
     Args:
         message: an object with the fields of sensor_msgs/PointCloud2 (of rclpy, rosbags, ...).
+        times: `PointTimeConfig`, where the times of points come from; None: they are not read.
 
     Returns:
-        `PointsRead`, with at least one point.
+        `PointsRead`, with at least one point. Times that cannot be used are no error: it is said
+        why there are none.
 
     Raises:
         InvalidPointCloud2: its fields, sizes and data contradict each other, or none is usable.
     """
-    points = _stacked(_columns(message))
+    layout = _layout(message)
+    points = _stacked(_columns(message, layout))
     usable, finite = _usable(points)
     dropped_nonfinite = int(len(points) - finite.sum())
     dropped_zero = int(len(points) - usable.sum()) - dropped_nonfinite
@@ -76,7 +87,8 @@ def read_points(message):
             f'{dropped_zero} exactly zero'
         )
     kept = points if usable.all() else points[usable]
-    return PointsRead(kept, dropped_nonfinite, dropped_zero)
+    read = TimesRead(None, '') if times is None else _times(message, layout, usable, kept, times)
+    return PointsRead(kept, dropped_nonfinite, dropped_zero, read)
 
 
 def require_points(message, least):
@@ -87,7 +99,7 @@ def require_points(message, least):
     Raises:
         InvalidPointCloud2: it says what is wrong with it.
     """
-    columns = _columns(message)
+    columns = _columns(message, _layout(message))
     rows, per_row = columns[0].shape
     step = max(BLOCK // per_row, 1)
     found = 0
@@ -102,23 +114,57 @@ def require_points(message, least):
     )
 
 
-def _columns(message):
-    """Return x, y and z as views into the message, each (rows, points per row)."""
+class _Layout(NamedTuple):
+    """Where the points of a message are: each field is a view (rows, points per row)."""
+
+    data: NDArray[np.uint8]
+    order: str
+    shape: tuple[int, int]
+    strides: tuple[int, int]
+
+    def view(self, offset, dtype):
+        return np.ndarray(self.shape, self.order + dtype, self.data, offset, self.strides)
+
+
+def _layout(message):
     try:
         data = np.frombuffer(message.data, dtype=np.uint8)
     except (TypeError, ValueError, BufferError) as error:
         raise InvalidPointCloud2(f'its data is not a buffer of bytes: {error}') from error
     height, width, row_step = _checked_size(message, data.size)
-    order = '>' if message.is_bigendian else '<'
-    # three separate fields fit into a point, so the data bounds the number of points
-    coordinates = _coordinates(message)
     step = int(message.point_step)
     shape, strides = (height, width), (row_step, step)
     if height == 1 or row_step == width * step:
         shape, strides = (height * width, 1), (step, step)
-    return [
-        np.ndarray(shape, order + dtype, data, offset, strides) for offset, dtype in coordinates
+    return _Layout(data, '>' if message.is_bigendian else '<', shape, strides)
+
+
+def _columns(message, layout):
+    """Return x, y and z as views into the message, each (rows, points per row)."""
+    # three separate fields fit into a point, so the data bounds the number of points
+    return [layout.view(offset, dtype) for offset, dtype in _coordinates(message)]
+
+
+def _times(message, layout, usable, points, config):
+    """Return the `TimesRead` of the usable points."""
+    stamp = stamp_ns(message)
+    if config.origin == 'azimuth':
+        return first_times([lambda: azimuth_times(points, config)], 'azimuth')
+    if config.origin == 'none':
+        return TimesRead(None, '')
+    fields = [
+        message.fields[i] for i in time_fields([f.name for f in message.fields], config.field)
     ]
+
+    def times_in(field):
+        dtype = TYPES.get(field.datatype)
+        end = field.offset + (int(dtype[1]) if dtype else 0)
+        if dtype is None or field.count > 1 or field.offset < 0 or end > message.point_step:
+            raise NoTimes(f'field {field.name} is not one number of each point')
+        values = layout.view(field.offset, dtype).reshape(-1)[usable]
+        return times_of(values, field.name, points, stamp, config)
+
+    return first_times([partial(times_in, field) for field in fields], config.field)
 
 
 def _stacked(columns):

@@ -7,6 +7,7 @@ from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
 from idem_ros.pairing.targets import PairingConfig
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 
@@ -119,6 +120,7 @@ SERVICES = {
 CONFIGS = (
     RegistrationConfig,
     PreprocessingConfig,
+    PointTimeConfig,
     PairingConfig,
     GuessConfig,
     OutputConfig,

@@ -27,6 +27,7 @@ from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.diagnostics import WARN
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.q_tot_slice import slice_of
 from idem_ros.refinement.refiner import Refinement, Refiner
@@ -226,7 +227,8 @@ class LiveRegistration:
         return {'dropped': self.dropped, 'clock_jumps': self.inputs.pairing.jumps}
 
     def _configure(self, configs: dict[type, Any]) -> None:
-        self.refining.refiner.configure(configs[RegistrationConfig], configs[PreprocessingConfig])
+        kinds = RegistrationConfig, PreprocessingConfig, PointTimeConfig
+        self.refining.refiner.configure(*(configs[kind] for kind in kinds))
         self.inputs.configure(configs[PairingConfig], configs[GuessConfig])
         if self._outputs:
             self._outputs.configure(configs[OutputConfig])

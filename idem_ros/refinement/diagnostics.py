@@ -41,6 +41,7 @@ def refinement_values(refinement, dropped):
         'cropped': str(refinement.cropped),
         'thinned': str(refinement.thinned),
         'dropped': str(dropped),
+        **({'point_times': refinement.point_times} if refinement.point_times else {}),
     }
 
 

@@ -19,23 +19,25 @@ class PreparedCloud:
     preparing_ms: float
 
 
-def prepared(role, message, preprocessing) -> PreparedCloud:
+def prepared(role, message, preprocessing, point_times=None) -> PreparedCloud:
     """Read a PointCloud2 and prepare what of it takes part.
 
     Args:
         role: 'target' or 'source', which errors name.
         message: see `read_points`.
         preprocessing: `PreprocessingConfig`.
+        point_times: `PointTimeConfig`; None: times of points are not read.
 
     Raises:
         IdemError: it cannot be read, or no point takes part.
     """
     watch = Stopwatch()
-    read = _named(role, read_points, message)
+    read = _named(role, lambda given: read_points(given, point_times), message)
     reading_ms = watch.lap()
     is_target = role == 'target'
     kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
-    cloud = _named(role, Cloud, kept.points)
+    times = None if read.times.times is None else read.times.times[kept.kept]
+    cloud = _named(role, lambda points: Cloud(points, times), kept.points)
     return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
 
 

@@ -81,6 +81,8 @@ class Preprocessed:
     """Points outside of the range limits or the crop box."""
     thinned: int
     """Points left out for `max_points`."""
+    kept: NDArray[np.intp] | slice
+    """Which of the points given they are, as an index."""
 
 
 def preprocess(points, config, is_target=False):
@@ -97,11 +99,15 @@ def preprocess(points, config, is_target=False):
     Raises:
         InvalidCloud: no point is left; the message names the parameters and their shares.
     """
-    kept = points
+    kept, inside = slice(None), len(points)
     if config.crops and (config.crop_target or not is_target):
-        kept = points[_inside(points, config)]
-    thin = kept if config.max_points is None else _thinned(kept, config.max_points)
-    return Preprocessed(thin, len(points) - len(kept), len(kept) - len(thin))
+        kept = np.flatnonzero(_inside(points, config))
+        inside = len(kept)
+    if config.max_points is not None and inside > config.max_points:
+        drawn = _thinned(inside, config.max_points)
+        kept = drawn if isinstance(kept, slice) else kept[drawn]
+    left = points if isinstance(kept, slice) else points[kept]
+    return Preprocessed(left, len(points) - inside, inside - len(left), kept)
 
 
 def _inside(points, config):
@@ -123,18 +129,17 @@ def _inside(points, config):
     return inside
 
 
-def _thinned(points, most):
-    """Keep one point, drawn by chance, of each of `most` runs of nearly equal length.
+def _thinned(n, most):
+    """Return the indices of one of n points, drawn by chance, of each of `most` runs.
+
+    The runs are of nearly equal length.
 
     A fixed stride would meet the same rings of a LiDAR again and again; the seed is always the
     same one, so that a cloud is always thinned the same way.
     """
-    n = len(points)
-    if n <= most:
-        return points
     start = np.arange(most + 1) * n // most
     drawn = np.random.default_rng(SEED).random(most)
-    return points[start[:-1] + (drawn * np.diff(start)).astype(np.int64)]
+    return start[:-1] + (drawn * np.diff(start)).astype(np.int64)
 
 
 def _checked_corner(name, corner):

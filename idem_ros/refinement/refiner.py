@@ -16,8 +16,10 @@ from idem_ros.core import (
     register,
 )
 from idem_ros.pairing.targets import LEAST_POINTS, UnusableTarget
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.refinement.times_said import TimesSaid
 
 
 class StageTimes(NamedTuple):
@@ -64,6 +66,8 @@ class Refinement:
     thinned: int = 0
     """Points left out of both clouds for `max_points`."""
     times: StageTimes = StageTimes()
+    point_times: str = ''
+    """How the times of points were read, or why there are none; empty where that is no news."""
     took_part: TookPart | None = field(default=None, repr=False, compare=False)
     """None: the clouds were let go of."""
 
@@ -91,18 +95,27 @@ class Refiner:
         judge_guess: whether q_tot is evaluated at the guess, too.
         preprocessing: `PreprocessingConfig`; None: its defaults.
         method: what registers, see `Idem`; None: that.
+        point_times: `PointTimeConfig`; None: its defaults.
+
+    Attributes:
+        times_said: `TimesSaid` of the clouds so far.
     """
 
-    def __init__(self, config=None, judge_guess=False, preprocessing=None, method=None):
+    def __init__(
+        self, config=None, judge_guess=False, preprocessing=None, method=None, point_times=None
+    ):
         self._judge_guess = judge_guess
         self._method = method or Idem()
         self._target_of = self._target = None
         self._last = None, None
-        self.configure(config or RegistrationConfig(), preprocessing or PreprocessingConfig())
+        self.times_said = TimesSaid()
+        preprocessing = preprocessing or PreprocessingConfig()
+        self.configure(config or RegistrationConfig(), preprocessing, point_times)
 
-    def configure(self, config, preprocessing):
+    def configure(self, config, preprocessing, point_times=None):
         """Take other parameters from the next refinement on; may be called from any thread."""
-        self._configs = config, preprocessing  # one assignment: never one old and one new
+        # one assignment: never some old and some new
+        self._configs = config, (preprocessing, point_times or PointTimeConfig())
 
     def refine(self, pair):
         """Register the source of a `Pair` to its target, from its guess.
@@ -115,11 +128,11 @@ class Refiner:
             IdemError: a cloud cannot be used; the message says which and why.
         """
         watch, kept = Stopwatch(), self._target
-        config, preprocessing = self._configs
+        config, of_clouds = self._configs
         frames = _frames_of(pair)
         T_guess = self._guess_of(pair, frames)
-        target = self._prepared_target(pair.target, preprocessing)
-        source = prepared('source', pair.source, preprocessing)
+        target = self._prepared_target(pair.target, of_clouds)
+        source = prepared('source', pair.source, *of_clouds)
         preparing_ms = watch.lap()
         fresh = [each for each in (target, source) if each is not kept]
         refinement = registered(
@@ -139,6 +152,7 @@ class Refiner:
                 reading=sum(each.reading_ms for each in fresh),
                 preparing=sum(each.preparing_ms for each in fresh),
             ),
+            point_times=self.times_said.news(target=target.read.times, source=source.read.times),
         )
         self._last = self._last_after(pair, frames, refinement.result)
         _require_enough(refinement)
@@ -157,14 +171,14 @@ class Refiner:
             return self._last
         return _lineage(pair, frames), result.T_target_source
 
-    def _prepared_target(self, message, preprocessing) -> PreparedCloud:
+    def _prepared_target(self, message, of_clouds) -> PreparedCloud:
         kept_of = self._target_of
-        if not kept_of or message is not kept_of[0] or preprocessing != kept_of[1]:
+        if not kept_of or message is not kept_of[0] or of_clouds != kept_of[1]:
             try:
-                self._target = prepared('target', message, preprocessing)
+                self._target = prepared('target', message, *of_clouds)
             except IdemError as error:
                 raise UnusableTarget(str(error)) from error
-            self._target_of = message, preprocessing
+            self._target_of = message, of_clouds
         return self._target
 
 

@@ -54,6 +54,7 @@ class Pairs:
         self.awaited, self.refused = array('q'), Spool()
         self._unused = {}  # {role: why the first input of it was refused}, but for sources
         self._timeless = 0  # pairs that start from a guess of stamp 0
+        self._times_said = None  # of the first way to refine them
 
     @property
     def waiting(self):
@@ -66,7 +67,9 @@ class Pairs:
         Raises:
             PeersMissing: small_gicp is asked for and not installed.
         """
-        refiner = Refiner(settings.config, True, settings.preprocessing, method_of(settings))
+        configs = settings.preprocessing, method_of(settings), settings.point_times
+        refiner = Refiner(settings.config, True, *configs)
+        self._times_said = self._times_said or refiner.times_said
         return lambda pair: refined(refiner.refine, pair, self._pairing)
 
     def leave_out(self, message):
@@ -126,6 +129,8 @@ class Pairs:
             yield f'{count} targets were refused and not used: {self._unused.get("target", "")}'
         if 'initial_guess' in self._unused:
             yield f'guesses were refused and not used: {self._unused["initial_guess"]}'
+        if self._times_said:
+            yield from self._times_said.notes
         if self._pairing.jumps:
             yield (
                 f'the clock of the recording goes back {self._pairing.jumps} times, the last time '

@@ -17,6 +17,7 @@ from idem_ros.recording.messages import CLOUD
 from idem_ros.recording.topics import Topics, find_topic
 from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
 from idem_ros.refinement.refiner import registered
+from idem_ros.refinement.times_said import TimesSaid
 from idem_ros.replay.frames import Sequence
 from idem_ros.replay.peers import method_of
 from idem_ros.replay.recorded_truth import is_relative, truth_topic_of
@@ -78,7 +79,8 @@ class Scans:
         self.topics = Topics(source, source, None, truth_topic_of(recording, truth_topic))
         truth = self.topics.truth
         self._is_chained = bool(truth) and is_relative(recording, truth, source)
-        self._preprocessing = settings.preprocessing
+        self._of_clouds = settings.preprocessing, settings.point_times
+        self._times_said = TimesSaid()
         self._stamps = array('q')  # of all scans [ns]
         self._first = self._last = None  # (stamp, frame) of the scans that are used
         self._others = 0  # scans that are used, but for the first
@@ -109,10 +111,11 @@ class Scans:
             if self._last is not None and stamp <= self._last:
                 raise IdemError('its stamp is not later than that of the scan before it')
             watch = Stopwatch()
-            cloud = prepared('source', message, self._preprocessing)
+            cloud = prepared('source', message, *self._of_clouds)
         except IdemError as error:
             self.refused.append(Refusal(stamp, str(error)))
             return
+        self._times_said.news(source=cloud.read.times)
         scan = Scan(stamp, message.header.frame_id, cloud, watch.lap())
         self._others += self._first is not None
         self._first = self._first or (stamp, scan.frame)
@@ -156,6 +159,7 @@ class Scans:
         """Yield what a reader should know of the scans."""
         if self._first and not self._others:
             yield 'of the scans only one can be used; there is nothing to register it to'
+        yield from self._times_said.notes
 
 
 class Odometry:

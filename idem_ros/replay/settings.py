@@ -14,6 +14,7 @@ from idem_ros.parameters.fields import (
     require_positive,
 )
 from idem_ros.recording.part import MAX_CHUNK
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 IDEM = 'idem'
@@ -38,6 +39,7 @@ class Settings:
     preprocessing: PreprocessingConfig = field(default_factory=PreprocessingConfig)
     pairing: PairingConfig = field(default_factory=PairingConfig)
     guess: GuessConfig = field(default_factory=GuessConfig)
+    point_times: PointTimeConfig = field(default_factory=PointTimeConfig)
     method: str = IDEM
     """One of `METHODS`."""
     max_distance: float | None = None

@@ -71,7 +71,9 @@ def test_q_tot_before_is_that_of_the_metric(pair):
 def test_a_target_that_stays_is_read_once(pair, monkeypatch):
     read = []
     monkeypatch.setattr(
-        prepared_cloud, 'read_points', lambda message: read.append(message) or read_points(message)
+        prepared_cloud,
+        'read_points',
+        lambda message, times: read.append(message) or read_points(message, times),
     )
     refiner = Refiner()
     first, second = refiner.refine(pair), refiner.refine(pair)
@@ -180,7 +182,9 @@ def test_a_cloud_with_nothing_left_is_refused_by_its_name_and_that_of_the_parame
 def test_other_parameters_hold_from_the_next_refinement_on(pair, monkeypatch):
     read = []
     monkeypatch.setattr(
-        prepared_cloud, 'read_points', lambda message: read.append(message) or read_points(message)
+        prepared_cloud,
+        'read_points',
+        lambda message, times: read.append(message) or read_points(message, times),
     )
     refiner = Refiner()
     refiner.refine(pair)
