@@ -31,11 +31,12 @@ PLAIN := atomic_* bad_recordings bench_commands bench_evaluation bench_report_co
 DISPATCHED = $(shell $(BIN)/python -c \
 	'from numpy._core._multiarray_umath import __cpu_dispatch__; print(*__cpu_dispatch__)')
 
+SITE := .venv-site
 INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros fuzz clean help $(PORTABLE)
+.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros fuzz site clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -45,6 +46,7 @@ help:
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
 	@echo 'make lint    check style, the types of the core, and that imports run one way'
 	@echo 'make docs    write the tables and the picture of the documents again'
+	@echo 'make site    build the documents as a site in build/site, with the Python reference'
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
@@ -102,6 +104,15 @@ lint: $(READY)
 docs: $(READY)
 	$(BIN)/python -m benchmarks docs
 
+# read from the source: neither the package nor what it stands on is installed for it
+site: $(SITE)/.ready
+	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --quiet
+
+$(SITE)/.ready: setup.py constraints.txt
+	$(PYTHON) -m venv $(SITE)
+	$(SITE)/bin/python $(INSTALL) --constraint constraints.txt mkdocs-material 'mkdocstrings[python]'
+	@touch $@
+
 bench: $(READY)
 	$(BIN)/python -m benchmarks main --markdown docs/figures.md
 	$(BIN)/python -m benchmarks accuracy --markdown docs/bench_accuracy.md
@@ -153,7 +164,7 @@ fuzz: $(READY)
 	IDEM_INTERRUPTS=50 $(BIN)/python -m pytest -q test/terminal/test_interrupts.py
 
 clean:
-	rm -rf $(VENV) .venv-ros $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
+	rm -rf $(VENV) .venv-ros $(SITE) $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
 
 $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \

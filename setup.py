@@ -20,6 +20,7 @@ TEST = [
 ]
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
+SITE = ['mkdocs-material', 'mkdocstrings[python]']
 BENCH = ['small_gicp', 'psutil', 'pillow']
 
 setup(
@@ -58,6 +59,7 @@ setup(
         'experiments': EXPERIMENTS,
         'survey': SURVEY,
         'bench': BENCH,
+        'site': SITE,
         'cluster': CLUSTER,
         'test': TEST,
     },

@@ -3,6 +3,7 @@
 from dataclasses import fields
 from itertools import dropwhile, takewhile
 
+from benchmarks.command_tables import command_tables
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import (
@@ -38,6 +39,7 @@ def blocks(folder):
         'real': near_starts(folder / REAL),
         'topics': _topics(),
         'parameters': _parameters(),
+        'commands': command_tables(),
     }
 
 

@@ -96,7 +96,7 @@ def _meant(word, names):
 
 def main(argv=None):
     """Run `idem` with the given arguments (None: those of the process); return its exit code."""
-    parser = _parser()
+    parser = command_line()
     words = sys.argv[1:] if argv is None else argv
     if words and words[0] in LEFT:
         parser.error(f'`idem {words[0]}` is `{LEFT[words[0]]}` now, in a checkout of the project')
@@ -172,7 +172,8 @@ def _let_any_name_be_printed():
             stream.reconfigure(errors='backslashreplace')
 
 
-def _parser():
+def command_line():
+    """Return the parser of `idem` and of its commands."""
     parser = CommandLine(prog='idem', description='Fine registration of point clouds by entropy.')
     parser.add_argument('--version', action=_Version, nargs=0, help='print the version')
     subparsers = parser.add_subparsers(title='commands', metavar='COMMAND')

@@ -55,7 +55,8 @@ def register(
         twist: (6,) x y z [length/s] rx ry rz [rad/s] of the source frame in its own axes during
             the sweep of a source with times; what `config.motion` undoes. The guess, like the
             result, is the pose at `config.motion_reference`.
-        tuning, trust: other numbers than the solver and the verdict go by.
+        tuning: other numbers for the solver to go by.
+        trust: other numbers for the verdict to go by.
 
     Returns:
         A `RegistrationResult`; whether it converged is a value, not an exception.

@@ -2,9 +2,12 @@
 
 import logging
 import warnings
+from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.files.bin_file import read_bin
@@ -36,7 +39,9 @@ KINDS = ' '.join(READERS)
 logger = logging.getLogger(__name__)
 
 
-def read_cloud(path, columns=None):
+def read_cloud(
+    path: str | PathLike[str], columns: int | Sequence[str] | Sequence[int] | None = None
+) -> NDArray[np.float64]:
     """Read the usable points of a cloud file; what is left out is logged as a warning.
 
     Left out are points that are not finite, and exact zeros where there are several of them: how

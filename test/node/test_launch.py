@@ -14,7 +14,7 @@ import yaml
 from conftest import ROOT
 from parameter_files import parameters_in
 
-from idem_ros.commands.main import _parser
+from idem_ros.commands.main import command_line
 from idem_ros.node.interface import INPUTS, OUTPUTS, parameter_fields
 from idem_ros.node.loopback import loopback_environment
 from idem_ros.parameters.fields import default_of, parameter_name
@@ -189,7 +189,7 @@ def test_replay_plays_once_when_the_node_says_that_it_is_ready(launch):
     assert unregistered.positional == (handler,)
     idem, *words = [launched.value(word) for word in play.cmd]
     assert idem == 'idem_ros/idem'
-    parsed = _parser().parse_args(words)
+    parsed = command_line().parse_args(words)
     assert (parsed.bag, parsed.rate, parsed.clock) == (str(DEMO), 2.0, True)
     assert play.on_exit(SimpleNamespace(returncode=0), None) is None
     assert play.on_exit(SimpleNamespace(returncode=1), None).kind == 'Shutdown'
