@@ -23,7 +23,12 @@ class Embedded:
     metadata: dict[str, dict[str, str]]
     """By name; of equal names the last."""
     attachments: dict[str, bytes]
-    """By name; of equal names the last."""
+    """By name, pieces together; of equal names the last."""
+
+
+def piece_name(name, k):
+    """Return the name of the k-th piece of an attachment, from 0 on: NAME, NAME.2, NAME.3."""
+    return f'{name}.{k + 1}' if k else name
 
 
 def read_embedded(path):
@@ -47,8 +52,19 @@ def _embedded(path, stream):
         reader = make_reader(stream, validate_crcs=True)
         return Embedded(
             {each.name: each.metadata for each in reader.iter_metadata()},
-            {each.name: each.data for each in reader.iter_attachments()},
+            _joined({each.name: each.data for each in reader.iter_attachments()}),
         )
     except Exception as error:  # damaged bytes raise anything: struct.error, OSError of a seek
         reason = ' '.join(str(error).split()) or type(error).__name__
         raise UnreadableMcap(f'{path} is cut off or damaged: {reason}') from error
+
+
+def _joined(pieces):
+    """Return {name: content} of attachments of which some are pieces of others."""
+    whole = {}
+    while pieces:
+        name, names = next(iter(pieces)), []
+        while (piece := piece_name(name, len(names))) in pieces:
+            names.append(piece)
+        whole[name] = b''.join(pieces.pop(each) for each in names)
+    return whole

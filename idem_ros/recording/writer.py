@@ -1,13 +1,16 @@
 """Write a bare MCAP that rosbag2, Foxglove and rosbags open, the same bytes every time."""
 
+from itertools import chain
+
 from mcap.writer import CompressionType, Writer
 
 from idem_ros.files.atomic_file import replacing
-from idem_ros.recording.attachment import attach
+from idem_ros.recording.embedded import piece_name
 from idem_ros.recording.messages import typestore
 
 LIBRARY = 'idem_ros'  # the default names the version of the mcap package: not reproducible
 CHUNK = 2**18  # bytes; of a file cut off, what stands in its last chunk is lost
+PIECE = 2**20  # bytes of an attachment: mcap holds three copies of what it is given
 OFFERED_QOS = """\
 - history: keep_last
   depth: 10
@@ -32,7 +35,8 @@ def write_mcap(path, messages, metadata=None, attachments=None):
             messages are made by `idem_ros.recording.messages` or read from a ROS 2 recording.
             Give each its own log time: of equal ones no format keeps the order.
         metadata: {name: {key: text}} about the recording; None: none.
-        attachments: {name: (media type, binary file)}, to carry along; None: none.
+        attachments: {name: (media type, binary file)}, to carry along; None: none. What is longer
+            than `PIECE` goes in pieces, see `embedded.piece_name`.
 
     Raises:
         UnwritableFile: `path` cannot be written.
@@ -54,8 +58,16 @@ def write_mcap(path, messages, metadata=None, attachments=None):
         for name, entries in (metadata or {}).items():
             writer.add_metadata(name, entries)
         for name, (media_type, content) in (attachments or {}).items():
-            attach(writer, stream, name, media_type, content)
+            _attach(writer, name, media_type, content)
         writer.finish()
+
+
+def _attach(writer, name, media_type, content):
+    content.seek(0)
+    pieces = iter(lambda: content.read(PIECE), b'')
+    for k, piece in enumerate(chain([next(pieces, b'')], pieces)):
+        # times 0, "not known": the same content gives the same bytes
+        writer.add_attachment(0, 0, piece_name(name, k), media_type, piece)
 
 
 def _register(writer, topic, msgtype):

@@ -3,17 +3,15 @@ import io
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from mcap.writer import Writer
 from recordings import scans
 from rosbags.highlevel import AnyReader
 
 from idem_ros.files.atomic_file import UnwritableFile
 from idem_ros.messages.pointcloud2 import read_points
-from idem_ros.recording.attachment import attach
 from idem_ros.recording.embedded import Embedded, UnreadableMcap, read_embedded
 from idem_ros.recording.messages import cloud_message, diagnostics_message, header, typestore
 from idem_ros.recording.reader import open_recording
-from idem_ros.recording.writer import write_mcap
+from idem_ros.recording.writer import PIECE, write_mcap
 
 
 @pytest.fixture
@@ -56,7 +54,7 @@ def test_the_embedded_definitions_have_the_hashes_of_jazzy(written):
 
 def test_what_is_embedded_comes_back_and_leaves_the_messages_alone(written, tmp_path):
     metadata = {'made': {'by': 'a test', 'with': '\u00e9'}, 'empty': {}}
-    contents = {'a.json': b'{}', 'b.bin': bytes(range(256)) * 10_000}  # more than one piece
+    contents = {'a.json': b'{}', 'b.bin': bytes(range(256)) * 10_000}
     attachments = {name: ('text/x', io.BytesIO(content)) for name, content in contents.items()}
     path = tmp_path / 'embedded.mcap'
     write_mcap(path, scans(np.random.default_rng(0)), metadata, attachments)
@@ -68,18 +66,14 @@ def test_what_is_embedded_comes_back_and_leaves_the_messages_alone(written, tmp_
     assert times[0] == times[1]
 
 
-def test_an_attachment_that_is_streamed_has_the_bytes_of_one_that_mcap_makes(rng):
-    content, files = rng.bytes(2_500_000), []
-    for streamed in (True, False):
-        files.append(io.BytesIO())
-        writer = Writer(files[-1])
-        writer.start(library='')
-        if streamed:
-            attach(writer, files[-1], 'r\u00e9sultat', 'text/x', io.BytesIO(content))
-        else:
-            writer.add_attachment(0, 0, 'r\u00e9sultat', 'text/x', content)
-        writer.finish()
-    assert files[0].getvalue() == files[1].getvalue()
+def test_a_large_attachment_goes_in_pieces_and_comes_back_whole(tmp_path, rng):
+    contents = {'empty': b'', 'r\u00e9sultat': rng.bytes(2 * PIECE + 1), 'small': b'x'}
+    attachments = {name: ('text/x', io.BytesIO(content)) for name, content in contents.items()}
+    write_mcap(tmp_path / 'large.mcap', [], attachments=attachments)
+    with (tmp_path / 'large.mcap').open('rb') as stream:
+        names = [each.name for each in make_reader(stream).iter_attachments()]
+    assert names == ['empty', 'r\u00e9sultat', 'r\u00e9sultat.2', 'r\u00e9sultat.3', 'small']
+    assert read_embedded(tmp_path / 'large.mcap').attachments == contents
 
 
 def test_an_mcap_cut_off_does_not_give_half_of_what_is_embedded(tmp_path):
