@@ -115,7 +115,9 @@ def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | N
         follow = stay if pair.config.mode == 'audit' else descend
         descent = follow(pair, T_guess)
         if descent.cost is not None:
-            observability = observability_of(descent.cost, descent.solution.transform)
+            observability = observability_of(
+                descent.cost, descent.solution.transform, pair.wider_balls()
+            )
             if _must_leave_free(pair.config, observability):
                 descent = descend(pair, T_guess, observability.held)
     except OutOfTime:
@@ -145,7 +147,7 @@ def _judged(
     cost, T = descent.cost or pair.cost(pair.stages[-1]), descent.solution.transform
     cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
     if observability is None:
-        observability = observability_of(cost, T)
+        observability = observability_of(cost, T, pair.wider_balls())
     agreement, q_tot = agreement_at(pair, cost.balls, T)
     result = result_at(pair, descent, agreement, q_tot, observability)
     if pair.config.assessment == 'none':

@@ -104,13 +104,13 @@ def hold(target, source, radius, units):
 
 
 def plane_of(members):
-    """Mean and normal of a flat ball's members; None where they are few, or not flat."""
+    """Mean and normal of a flat ball's members; None where they are few, a line or not flat."""
     if len(members) < 5:
         return None
     covariance = np.cov(members.T, bias=True)
     spread, axes = np.linalg.eigh(covariance)
     minors = spread[0] * spread[1] + spread[0] * spread[2] + spread[1] * spread[2]
-    if not 4.0 * np.prod(spread) * spread.sum() < minors**2:
+    if minors <= 0.08 * spread.sum() ** 2 or 4.0 * np.prod(spread) * spread.sum() >= minors**2:
         return None
     return members.mean(axis=0), axes[:, 0]
 

@@ -77,6 +77,11 @@ class Pair(NamedTuple):
             clouds = _reduced(clouds, stage.voxel_size, self.workers)
         return Balls(*clouds, stage.radius, self.workers)
 
+    def wider_balls(self) -> Iterator[Balls]:
+        """Yield the `Balls` of the two stages before the last, those next to it first."""
+        for stage in self.stages[-2:-4:-1]:
+            yield self.balls(stage)
+
     def cost(self, stage: Stage) -> JointEntropy:
         """Return the cost of a stage: `NormalBalance` in the last, `JointEntropy` before."""
         kind = NormalBalance if stage.is_last else JointEntropy

@@ -19,6 +19,7 @@ from idem_ros.core.trust.basin import gauge
 from idem_ros.core.trust.contrast import contrast_along
 from idem_ros.core.trust.covariance import by_region, covariance_of
 from idem_ros.core.trust.observability import Observability
+from idem_ros.core.trust.surfaces import LEAST_MEMBERS
 from idem_ros.core.trust.verdict_model import probability
 from idem_ros.core.trust.words import free_in_words
 
@@ -191,12 +192,14 @@ def _lacking(
             f'{trust.least_meeting} must'
         )
         return Verdict.NOT_CONVERGED, few, False
-    if not len(observability.along):
+    if not any((cloud.own[:, 0] >= LEAST_MEMBERS).any() for cloud in balls.clouds):
         reason = 'no ball of points is dense enough to tell a surface by'
         return Verdict.NOT_CONVERGED, reason, True
     if max(share_of_sheets(cloud.own) for cloud in balls.clouds) < LEAST_SHEETS:
         rings = 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
         return Verdict.NOT_CONVERGED, rings, True
+    if not len(observability.along):
+        return Verdict.NOT_CONVERGED, 'no ball holds a surface of both clouds', True
     return None
 
 

@@ -4,8 +4,13 @@ A surface determines a motion along its normal. Normals are known to their noise
 or a corridor looks like a little of it in every direction. So each ball takes its normal twice,
 n_A from the target's points in it and n_B from the source's: their noises are independent, and the
 mean of (n_A . motion)(n_B . motion) over the balls is zero, but for chance, where nothing does.
+
+The pattern of a sensor is not independent: a ball with one ring of a LiDAR has the ring's cone for
+a surface, in both clouds alike. Such a ball holds a line, and has no normal. Where little is held
+wider balls are asked, too, which reach from ring to ring.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,46 +19,36 @@ from idem_ros.core.arrays import (
     Floats,
     Indices,
     Integer,
-    Integers,
     Mask,
     Matrix3,
     Matrix6,
     Point,
     Points,
-    RotationMatrix,
-    Side,
-    Symmetric,
     Transform,
-    Triple,
     Twist,
     Twists,
 )
 from idem_ros.core.geometry import se3
-from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
-from idem_ros.core.metric.moments import (
-    ball_moments,
-    covariance,
-    into_frame,
-    point_of,
-    rotated,
-    row_of,
-)
 from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.trust.surfaces import PLAIN, SURFACE, Surfaces, surfaces
 
 # Of the mean square along the normals: planes, corridors, poles and spheres leave at most 0.0015
 # where they are free, the scenes of `python -m benchmarks accuracy` hold by 0.009 or more, and
 # an exact surface may hold by less and yet firmly.
 LEAST_STRENGTH = 0.005
+# Corners that one ring crosses are flat, too: in `python -m benchmarks tunnels` they leave at most
+# 0.001 of motions that are free, and what holds a motion there does so by 0.0015 or more.
+LEAST_HELD = 0.0014
+FIRM = 0.02  # by a sample: below, all balls are asked, and wider ones
 CHANCE = 3.0  # standard errors
 NORMALS = 2.0  # variances of a normal
+EXACT = 1e4  # variances of a normal: what is known as well as that is told from any pattern
 HOLDING = 0.5  # of what a motion moves a surface along its normal at most: such determine it
 ROUNDING = 1e-9  # what exact surfaces, or no surface at all, leave of the strength of others
 LEAST_BALLS = 100  # fewer may happen to lie in one plane
 SAMPLE = 1024  # centres of each cloud, about
-LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
-FLAT = 4.0  # least second variance of a surface over its first
 
 
 class Observability(NamedTuple):
@@ -100,35 +95,39 @@ class Observability(NamedTuple):
         )
 
 
-def observability_of(cost: JointEntropy, T_target_source: Transform) -> Observability:
+def observability_of(
+    cost: JointEntropy, T_target_source: Transform, wider: Iterable[Balls] = ()
+) -> Observability:
     """Return the `Observability` of a cost's two clouds at a transform.
 
-    Of a sample of the centres; of all, where by the sample a motion may be free.
+    Of a sample of the centres; where by the sample a motion is not held firmly, of all.
+
+    Args:
+        cost: that of the last stage.
+        T_target_source: (4, 4) between the clouds' origins.
+        wider: `Balls` that are asked there, too.
     """
-    found = _observability(cost, T_target_source, SAMPLE)
-    if (found.strength < LEAST_STRENGTH).any():
-        found = _observability(cost, T_target_source, np.inf)
+    found = _observability(cost, surfaces(cost.balls, T_target_source, SURFACE, SAMPLE))
+    if (found.strength < FIRM).any():
+        each = [surfaces(balls, T_target_source, PLAIN) for balls in wider]
+        found = _observability(cost, surfaces(cost.balls, T_target_source, SURFACE), each)
     return found
 
 
-def _observability(cost: JointEntropy, T_target_source: Transform, sample: float) -> Observability:
-    balls, to_source = cost.balls, se3.adjoint(se3.inverse(T_target_source))
-    motions = zip(*se3.both_ways(T_target_source), strict=True)
-    here, there = (
-        _planes(side, motion, balls.r2, sample)
-        for side, motion in zip(balls.sides(T_target_source), motions, strict=True)
-    )
-    centres = here.centre, there.centre
-    x = np.concatenate([here.mean, se3.transform_points(T_target_source, there.mean)])
-    if len(x) == 0:
-        return _without_surfaces(cost, T_target_source, centres)
+def _observability(
+    cost: JointEntropy, found: Surfaces, wider: Iterable[Surfaces] = ()
+) -> Observability:
+    all_ = [found, *wider]
+    x = np.concatenate([each.mean for each in all_])
+    if len(found.mean) == 0:
+        return _without_surfaces(cost, found.T_target_source, found.centres)
     pivot = x.mean(axis=0)
     scatter = (x - pivot).T @ (x - pivot) / len(x)
-    lever_arm = max(float(np.sqrt(np.trace(scatter))), balls.radius)
-    units = unit_motions(pivot, _turns(scatter, balls.radius))
-    a = np.concatenate([here.own, there.own @ to_source]) @ units
-    b = np.concatenate([here.other, there.other @ to_source]) @ units
-    noise = float(np.concatenate([here.variance, there.variance]).mean())
+    lever_arm = max(float(np.sqrt(np.trace(scatter))), cost.balls.radius)
+    units = unit_motions(pivot, _turns(scatter, cost.balls.radius))
+    a = np.concatenate([each.own for each in all_]) @ units
+    b = np.concatenate([each.other for each in all_]) @ units
+    noise = float(found.variance.mean())
     mean = a.T @ b / len(x)
     strength, axes = np.linalg.eigh((mean + mean.T) / 2)
     along = a @ axes
@@ -136,8 +135,10 @@ def _observability(cost: JointEntropy, T_target_source: Transform, sample: float
     variance = np.einsum('ij,ij->j', products, products) / len(x) - strength**2
     error = np.sqrt(np.maximum(variance, 0.0) / len(x))
     seen = _observable(strength, error, noise, len(x))
-    motions = units @ axes
-    return Observability(strength, error, noise, motions, units, lever_arm, along, centres, seen)
+    motions, along = units @ axes, along[: len(found.mean)]
+    return Observability(
+        strength, error, noise, motions, units, lever_arm, along, found.centres, seen
+    )
 
 
 def _observable(strength: Floats, error: Floats, noise: float, balls: int) -> Mask:
@@ -145,7 +146,8 @@ def _observable(strength: Floats, error: Floats, noise: float, balls: int) -> Ma
         return np.ones(6, bool)
     by_chance = np.maximum(CHANCE * error, max(NORMALS * noise, ROUNDING))
     too_loose = strength + CHANCE * error < LEAST_STRENGTH
-    return ~((strength < by_chance) & too_loose)
+    by_pattern = strength < min(LEAST_HELD, EXACT * noise)
+    return ~(((strength < by_chance) & too_loose) | by_pattern)
 
 
 def _without_surfaces(
@@ -202,88 +204,3 @@ def _mean_and_variance(points: Points) -> tuple[Point, float]:
         for k in range(3):
             square += (points[i, k] - mean[k]) ** 2
     return mean, square / n
-
-
-class _Planes(NamedTuple):
-    """Of the surface in each ball, as the centres' cloud has it and as the other has it."""
-
-    own: Floats  # (n, 6): j = (x times n, n), of mean x and normal n of the own points
-    other: Floats  # (n, 6): of the other cloud's, the normals' signs alike
-    mean: Points  # (n, 3): of the own points
-    variance: Floats  # (n,): of a normal, the two clouds' geometric mean
-    centre: Integers  # (n,): which one
-
-
-def _planes(side: Side, motion: tuple[RotationMatrix, Point], r2: float, sample: float) -> _Planes:
-    """Return the `_Planes` of every so-many-th ball, about as many as the sample."""
-    n = len(side[0][0])
-    stride = int(max(n // sample, 1))
-    most = n // stride + 1
-    room = _Planes(
-        np.empty((most, 6)),
-        np.empty((most, 6)),
-        np.empty((most, 3)),
-        np.empty(most),
-        np.empty(most, np.int64),
-    )
-    found = _fill_planes(side, motion, r2, stride, room)
-    return _Planes(
-        room.own[:found],
-        room.other[:found],
-        room.mean[:found],
-        room.variance[:found],
-        room.centre[:found],
-    )
-
-
-@kernel
-def _fill_planes(
-    side: Side, motion: tuple[RotationMatrix, Point], r2: float, stride: int, planes: _Planes
-) -> int:
-    """Fill the `_Planes` of every stride-th centre's ball; return how many hold a surface."""
-    n = 0
-    (centres, own), (points, weights, first, member) = side
-    R, t = motion
-    for i in range(0, centres.shape[0], stride):
-        if own[i, 0] < LEAST_MEMBERS or first[i + 1] == first[i]:
-            continue
-        p = point_of(centres, i)
-        x = into_frame(p, R, t)
-        _, m = ball_moments(x, points, weights, member, first[i], first[i + 1], r2)
-        if m[0] < LEAST_MEMBERS:
-            continue
-        a, b = row_of(own, i), rotated(R, m)
-        va, na = _normal(covariance(a))
-        vb, nb = _normal(covariance(b))
-        if va < 0.0 or vb < 0.0:
-            continue
-        xa = (p[0] + a[1] / a[0], p[1] + a[2] / a[0], p[2] + a[3] / a[0])
-        xb = (p[0] + b[1] / b[0], p[1] + b[2] / b[0], p[2] + b[3] / b[0])
-        sign = 1.0 if na[0] * nb[0] + na[1] * nb[1] + na[2] * nb[2] >= 0.0 else -1.0
-        _fill(planes.own[n], xa, na, 1.0)
-        _fill(planes.other[n], xb, nb, sign)
-        planes.mean[n, 0], planes.mean[n, 1], planes.mean[n, 2] = xa
-        planes.variance[n] = np.sqrt(va / a[0] * vb / b[0])
-        planes.centre[n] = i
-        n += 1
-    return n
-
-
-@kernel
-def _normal(s: Symmetric) -> tuple[float, Triple]:
-    """Return first variance over second, and the first's axis: the normal of a surface.
-
-    -1 where a covariance is no surface's. The variance of a normal is this over the members.
-    """
-    det, minors, spread = determinant(s), trace(adjugate(s)), trace(s)
-    if not (minors > 0.0 and FLAT * det * spread < minors * minors):
-        return -1.0, (0.0, 0.0, 0.0)
-    return max(det, 0.0) * spread / (minors * minors), thinnest_axis(s)
-
-
-@kernel
-def _fill(j: Floats, x: Triple, n: Triple, sign: float) -> None:
-    j[0] = sign * (x[1] * n[2] - x[2] * n[1])
-    j[1] = sign * (x[2] * n[0] - x[0] * n[2])
-    j[2] = sign * (x[0] * n[1] - x[1] * n[0])
-    j[3], j[4], j[5] = sign * n[0], sign * n[1], sign * n[2]

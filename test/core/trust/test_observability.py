@@ -6,10 +6,13 @@ from costs import joint_entropy
 
 from benchmarks.bare_scenes import BARE_SCENES, BOX_AT, bare_case
 from benchmarks.case import displaced
-from idem_ros.core import Cloud, RegistrationConfig, Status, register
+from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import between_origins
-from idem_ros.core.trust.observability import _normal, observability_of, unit_motions
+from idem_ros.core.trust.observability import observability_of, unit_motions
+from idem_ros.core.trust.surfaces import SURFACE, _normal
+from idem_ros.simulation.lidar import Lidar, scan
+from idem_ros.simulation.scene import Scene, box
 
 TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
 
@@ -109,14 +112,14 @@ def test_unit_motions_move_points_at_the_arm_by_one(rng):
 
 
 def test_the_normal_is_the_axis_of_least_spread_and_no_other(rng):
-    for spread in ((4.0, 3.0, 0.1), (9.0, 0.5, 0.001)):
+    for spread in ((4.0, 3.0, 0.1), (9.0, 1.5, 0.001)):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         s = axes @ np.diag(spread) @ axes.T
-        flatness, normal = _normal((s[0, 0], s[0, 1], s[0, 2], s[1, 1], s[1, 2], s[2, 2]))
+        flatness, normal = _normal((s[0, 0], s[0, 1], s[0, 2], s[1, 1], s[1, 2], s[2, 2]), SURFACE)
         assert 0.0 <= flatness < 0.25
         assert abs(np.dot(normal, axes[:, 2])) == pytest.approx(1.0, abs=1e-9)
-    assert _normal((4.0, 0.0, 0.0, 0.1, 0.0, 0.09))[0] < 0  # a line has no normal
-    assert _normal((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))[0] < 0
+    assert _normal((4.0, 0.0, 0.0, 0.1, 0.0, 0.001), SURFACE)[0] < 0  # a line has no normal
+    assert _normal((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), SURFACE)[0] < 0
 
 
 def strewn(rng, flat, count=3000):
@@ -134,3 +137,17 @@ def test_exact_planes_and_lines_hold_nothing_along_themselves(rng, flat, free):
     assert len(result.free_motions) == free
     assert 'one plane' in result.assessment.reason
     np.testing.assert_allclose(result.T_target_source[flat, 3], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize('rings', [32, 64])
+def test_the_rings_of_a_lidar_hold_nothing_along_a_bare_tunnel(rings):
+    rng = np.random.default_rng(rings)
+    tunnel = Scene(boxes=[box((-150, -3, 0), (150, 3, 4))])
+    lidar = Lidar(rings=rings, azimuth_steps=600)
+    poses = [se3.translation([x, 0.2, 1.6]) for x in (0.0, 1.3)]
+    target, source = (scan(tunnel, pose, lidar, rng) for pose in poses)
+    guess = se3.translation([1.3, 0.05, 0.05])
+    result = register(target, source, guess, RegistrationConfig(voxel_size=0.5))
+    assert result.assessment.verdict is Verdict.DEGENERATE
+    assert result.assessment.free == 'free along x'
+    np.testing.assert_allclose(result.T_target_source[:3, 3], [1.3, 0, 0], atol=0.02)
