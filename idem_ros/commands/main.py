@@ -22,6 +22,7 @@ from idem_ros.commands import (
     trajectory,
     truth,
 )
+from idem_ros.commands import map as map_  # the builtin is in use here
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 from idem_ros.terminal.interrupts import came
@@ -40,6 +41,7 @@ COMMANDS = (
     play,
     demo,
     simulate,
+    map_,
     experiments,
 )
 

@@ -3,6 +3,7 @@
 import logging
 import warnings
 from collections.abc import Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 
@@ -11,10 +12,10 @@ from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.files.bin_file import read_bin
-from idem_ros.files.npy_file import read_npy
-from idem_ros.files.pcd_file import read_pcd
+from idem_ros.files.npy_file import npy_parts, read_npy
+from idem_ros.files.pcd_file import pcd_parts, read_pcd
 from idem_ros.files.ply_file import read_ply
-from idem_ros.files.survey_files import read_e57, read_las
+from idem_ros.files.survey_files import las_parts, read_e57, read_las
 from idem_ros.files.text_table import read_text
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
 
@@ -35,6 +36,8 @@ READERS = {
     '.e57': read_e57,
 }
 KINDS = ' '.join(READERS)
+IN_PARTS = {'.pcd': pcd_parts, '.npy': npy_parts, '.las': las_parts, '.laz': las_parts}
+PART = 2**20  # points
 
 logger = logging.getLogger(__name__)
 
@@ -63,6 +66,42 @@ def read_cloud(
         UnreadableCloud: another suffix, no such file, no file, damaged or cut off, a layout that
             cannot be told, or no usable point.
     """
+    path, reader = _reader_of(path)
+    with _errors_of(path):
+        points = np.asarray(reader(path, columns), dtype=np.float64)
+    (usable,) = _usable([points], path)
+    return usable
+
+
+def cloud_parts(path, columns=None):
+    """Yield the usable points of a cloud file in parts, where its format lets them be read so.
+
+    Args:
+        path, columns: see `read_cloud`.
+
+    Yields:
+        (N, 3) float64, N >= 1; put together they are what `read_cloud` returns.
+
+    Raises:
+        UnreadableCloud: see `read_cloud`; the parts before what is damaged came already.
+    """
+    path, reader = _reader_of(path)
+    in_parts = IN_PARTS.get(path.suffix.lower())
+    whole = (reader(path, columns) for _ in range(1))
+    yield from _usable(_each(in_parts(path, columns, PART) if in_parts else whole, path), path)
+
+
+def _each(parts, path):
+    """Yield parts; whatever goes wrong while one is read names the file."""
+    while True:
+        with _errors_of(path):
+            points = next(parts, None)
+        if points is None:
+            return
+        yield np.asarray(points, dtype=np.float64)
+
+
+def _reader_of(path):
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -71,17 +110,18 @@ def read_cloud(
             f'{", ".join(READERS)}'
         )
     refuse_special(path, UnreadableCloud)
-    return _usable(_read(path, reader, columns), path)
+    return path, reader
 
 
-def _read(path, reader, columns):
-    """Return what a reader returns; whatever goes wrong names the file."""
+@contextmanager
+def _errors_of(path):
+    """Let whatever goes wrong while a file is read name it."""
     try:
         if path.is_file() and path.stat().st_size == 0:
             raise UnreadableCloud('it is empty')
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')
-            return np.asarray(reader(path, columns), dtype=np.float64)
+            yield
     except IdemError as error:
         raise UnreadableCloud(f'{path} cannot be read: {error}') from error
     except OSError as error:
@@ -93,19 +133,26 @@ def _read(path, reader, columns):
         ) from error
 
 
-def _usable(points, path):
-    finite = np.isfinite(points).all(axis=1)
-    zero = ~points.any(axis=1)
-    padding = zero if zero.sum() > 1 else np.zeros_like(zero)  # one may be a point of a model
-    usable = finite & ~padding
-    if not usable.any():
+def _usable(parts, path):
+    """Yield what of the parts of a file is usable; say at the end what was not."""
+    count = nonfinite = padded = 0
+    for points in parts:
+        finite = np.isfinite(points).all(axis=1)
+        zero = ~points.any(axis=1)
+        padding = zero if zero.sum() > 1 else np.zeros_like(zero)  # one may be of a model
+        usable = finite & ~padding
+        count += len(points)
+        nonfinite += len(points) - int(finite.sum())
+        padded += int(padding.sum())
+        if usable.any():
+            yield points if usable.all() else points[usable]
+    if nonfinite + padded == count:
         raise UnreadableCloud(
-            f'{path} holds {len(points)} points and none is usable; '
+            f'{path} holds {count} points and none is usable; '
             'at least one must be finite and not zero'
         )
-    if not usable.all():
+    if nonfinite + padded:
         logger.warning(
             '%s: of %d points %d are not finite and %d exactly zero, left out',
-            *(path, len(points), len(points) - finite.sum(), padding.sum()),
+            *(path, count, nonfinite, padded),
         )
-    return points[usable]

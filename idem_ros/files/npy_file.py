@@ -16,7 +16,26 @@ def read_npy(path, columns=None):
     """Read (N, 3) points of an array of rows, or of one with fields x, y, z in any shape."""
     with path.open('rb') as stream:
         _refuse_short(stream, path.stat().st_size)
-        array = np.load(stream, allow_pickle=False)
+        return _points_of(np.load(stream, allow_pickle=False), columns)
+
+
+def npy_parts(path, columns=None, most=None):
+    """Yield the points of an array in rows `most` at a time; of another all at once."""
+    with path.open('rb') as stream:
+        shape, is_fortran, dtype = _refuse_short(stream, path.stat().st_size)
+        if is_fortran or len(shape) not in (1, 2) or most is None:
+            yield _points_of(np.load(stream, allow_pickle=False), columns)
+            return
+        _read_header(stream)
+        per_row = math.prod(shape[1:])
+        for begin in range(0, shape[0], most):
+            rows = min(most, shape[0] - begin)
+            yield _points_of(
+                np.fromfile(stream, dtype, rows * per_row).reshape(rows, *shape[1:]), columns
+            )
+
+
+def _points_of(array, columns):
     if array.dtype.names:
         return points_of_records(array, columns)
     points_in_rows = array.ndim == 2 and 3 <= array.shape[1] <= MOST_COLUMNS
@@ -33,20 +52,26 @@ def read_npy(path, columns=None):
     return array[:, [c - 1 for c in chosen]]
 
 
+def _read_header(stream):
+    """Return (shape, whether in Fortran's order, dtype); what follows is the array's bytes."""
+    version = npy.read_magic(stream)
+    header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    return header(stream)
+
+
 def _refuse_short(stream, size):
-    """Refuse an array that is declared larger than its file, before it is allocated."""
+    """Refuse an array that is declared larger than its file; return its `_read_header`."""
     try:
         version = npy.read_magic(stream)
     except ValueError as error:
         raise UnreadableCloud('it does not begin as an array of NumPy does (np.save)') from error
     if version not in ((1, 0), (2, 0), (3, 0)):
         raise UnreadableCloud(f'its format has version {version[0]}.{version[1]}, unknown here')
-    at, width = stream.tell(), 2 if version == (1, 0) else 4
+    width = 2 if version == (1, 0) else 4
     if int.from_bytes(stream.read(width), 'little') > min(size, LONGEST):
         raise UnreadableCloud('its header is longer than the file, or than any of points')
-    stream.seek(at)
-    header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    shape, _, dtype = header(stream)
+    stream.seek(0)
+    shape, is_fortran, dtype = _read_header(stream)
     if dtype.hasobject:
         raise UnreadableCloud('it holds Python objects, which are not opened')
     wanted = math.prod(shape) * dtype.itemsize
@@ -58,3 +83,4 @@ def _refuse_short(stream, size):
     if min(shape, default=1) < 0 or (dtype.itemsize == 0 and math.prod(shape)):
         raise UnreadableCloud(f'its shape {str(shape)[:80]} is none of points')
     stream.seek(0)
+    return shape, is_fortran, dtype

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 
 from idem_ros.files.columns import xyz_columns
-from idem_ros.files.pcd_header import read_pcd_header
+from idem_ros.files.pcd_header import LONGEST, read_pcd_header
 from idem_ros.files.unreadable import UnreadableCloud
 
 # LZF makes of three bytes at most 264; nothing that is larger can come of a file
@@ -18,31 +18,60 @@ def read_pcd(path, columns=None):
 
     Nothing is allocated that its bytes do not fill.
     """
-    content = path.read_bytes()
-    header = read_pcd_header(content)
-    names = [field.name for field in header.fields]
-    chosen = [header.fields[i] for i in xyz_columns(names, columns)]
-    if any(field.count != 1 for field in chosen):
-        raise UnreadableCloud('its x, y, z have a COUNT that is not 1')
-    if header.points == 0:
-        raise UnreadableCloud('it says itself that it holds 0 points')
-    body = memoryview(content)[header.body :]
-    if header.encoding == 'ascii':
-        return _ascii(header, body, chosen)
-    if header.encoding == 'binary':
-        return _rows(header, body, chosen)
-    return _compressed(header, body, chosen)
+    (points,) = pcd_parts(path, columns)
+    return points
 
 
-def _rows(header, body, chosen):
-    if header.points * header.size > len(body):
-        _cut_off(header, len(body) // max(header.size, 1))
-    beyond = bytes(body[header.points * header.size :]).strip(PADDING)
-    if len(beyond) >= header.size:
-        _too_many(header, len(body) // header.size)
+def pcd_parts(path, columns=None, most=None):
+    """Yield the points of a PCD file, `most` at a time where it is binary, else all at once."""
+    with path.open('rb') as stream:
+        header = read_pcd_header(stream.read(2 * LONGEST))
+        names = [field.name for field in header.fields]
+        chosen = [header.fields[i] for i in xyz_columns(names, columns)]
+        if any(field.count != 1 for field in chosen):
+            raise UnreadableCloud('its x, y, z have a COUNT that is not 1')
+        if header.points == 0:
+            raise UnreadableCloud('it says itself that it holds 0 points')
+        stream.seek(header.body)
+        if header.encoding == 'binary':
+            room = path.stat().st_size - header.body
+            yield from _rows(header, stream, room, chosen, most or header.points)
+        elif header.encoding == 'ascii':
+            yield _ascii(header, stream.read(), chosen)
+        else:
+            yield _compressed(header, memoryview(stream.read()), chosen)
+
+
+def write_pcd(path, points, dtype=np.float32):
+    """Write (N, 3) points as a binary PCD of fields x, y, z.
+
+    Args:
+        path: `Path` of the file.
+        points: finite.
+        dtype: np.float32 or np.float64; PCL takes x, y, z of float32 only.
+    """
+    packed = np.ascontiguousarray(points, np.dtype(dtype).newbyteorder('<'))
+    size = packed.dtype.itemsize
+    header = (
+        '# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\n'
+        f'SIZE {size} {size} {size}\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(packed)}\nHEIGHT 1\n'
+        f'VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(packed)}\nDATA binary\n'
+    )
+    with path.open('wb') as stream:
+        stream.write(header.encode())
+        stream.write(packed)
+
+
+def _rows(header, stream, room, chosen, most):
+    """Yield points of the rows that follow in a stream, of which it holds `room` bytes."""
+    if header.points * header.size > room:
+        _cut_off(header, room // max(header.size, 1))
     dtype = np.dtype([(f'{i}', f.dtype, f.count) for i, f in enumerate(header.fields)])
-    table = np.frombuffer(body, dtype, header.points)
-    return _stacked(table[f'{header.fields.index(field)}'] for field in chosen)
+    for begin in range(0, header.points, most):
+        rows = np.fromfile(stream, dtype, min(most, header.points - begin))
+        yield _stacked(rows[f'{header.fields.index(field)}'] for field in chosen)
+    if len(stream.read().strip(PADDING)) >= header.size:
+        _too_many(header, room // header.size)
 
 
 def _compressed(header, body, chosen):
@@ -74,7 +103,7 @@ def _compressed(header, body, chosen):
 
 
 def _ascii(header, body, chosen):
-    rows = [row for row in bytes(body).splitlines() if row.strip()]
+    rows = [row for row in body.splitlines() if row.strip()]
     if len(rows) < header.points:
         _cut_off(header, len(rows))
     if len(rows) > header.points:
@@ -97,7 +126,11 @@ def _ascii(header, body, chosen):
 
 
 def _stacked(columns):
-    return np.stack([column.reshape(-1).astype(np.float64) for column in columns], axis=1)
+    columns = [column.reshape(-1) for column in columns]
+    points = np.empty((len(columns[0]), 3))
+    for axis, column in enumerate(columns):
+        points[:, axis] = column
+    return points
 
 
 def _cut_off(header, found):

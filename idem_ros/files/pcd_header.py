@@ -40,12 +40,12 @@ class PcdHeader(NamedTuple):
 
 
 def read_pcd_header(content):
-    """Return the `PcdHeader` of a file's bytes.
+    """Return the `PcdHeader` of a file's bytes, be they mapped.
 
     Raises:
         UnreadableCloud: in the words of PCD, what is missing or contradicts itself.
     """
-    lines, at = {}, 3 if content.startswith(b'\xef\xbb\xbf') else 0
+    lines, at = {}, 3 if content[:3] == b'\xef\xbb\xbf' else 0
     while b'DATA' not in lines:
         line = LINE.match(content, at, min(len(content), at + LONGEST))
         if line is None or at > LONGEST:

@@ -14,6 +14,11 @@ logger = logging.getLogger(__name__)
 
 def read_las(path, columns=None):
     """Read (N, 3) points of a LAS or LAZ file, scaled and offset."""
+    return np.vstack(list(las_parts(path, columns)))
+
+
+def las_parts(path, columns=None, most=2**22):
+    """Yield the points of a LAS or LAZ file `most` at a time."""
     try:
         import laspy
     except ImportError as error:
@@ -21,8 +26,11 @@ def read_las(path, columns=None):
     _refuse_columns(columns)
     refuse_false_las(path.read_bytes())
     try:
-        las = laspy.read(path)
-        return np.stack([np.asarray(las.x), np.asarray(las.y), np.asarray(las.z)], axis=1)
+        with laspy.open(path) as las:
+            if las.header.point_count == 0:
+                raise UnreadableCloud('it says itself that it holds 0 points')
+            for part in las.chunk_iterator(most):
+                yield np.stack([np.asarray(axis) for axis in (part.x, part.y, part.z)], axis=1)
     except laspy.LaspyException as error:
         raise UnreadableCloud(f'it is cut off, damaged or no LAS: {_line(error)}') from error
 

@@ -7,6 +7,7 @@ from idem_ros.core.jit import compiler
 # No fastmath and no parallel sums: the same scene and rays give the same bits everywhere.
 kernel = compiler(nogil=True)
 NEAREST = 1e-9  # [m]: a ray that starts on a surface does not hit it
+SECTORS = 128  # of the azimuth: a ray looks at the surfaces in its own only
 
 
 def cast(scene, origin, directions, max_range):
@@ -28,12 +29,11 @@ def cast(scene, origin, directions, max_range):
     return _cast(
         tuple(float(c) for c in origin),
         rays,
+        _sector(np.arctan2(rays[:, 1], rays[:, 0])) % SECTORS,
         float(max_range),
+        _by_sector(bounds, max_range),
         bounds,
-        scene.triangles,
-        boxes,
-        scene.cylinders,
-        scene.spheres,
+        (scene.triangles, boxes, scene.cylinders, scene.spheres),
     )
 
 
@@ -52,8 +52,41 @@ def bounding_spheres(scene):
     ) + np.array([0.0, 0.0, 0.0, 1e-6])
 
 
+def _by_sector(bounds, max_range):
+    """Return the surfaces of each sector, the nearest first.
+
+    Returns:
+        (SECTORS + 1,) where each sector begins in what follows, the numbers of its surfaces, and
+        how near each of them may be.
+    """
+    x, y, z, radius = bounds.T
+    least = np.sqrt(x * x + y * y + z * z) - radius
+    near = np.flatnonzero(least <= max_range)
+    near = near[np.argsort(least[near], kind='stable')]
+    x, y, radius = x[near], y[near], radius[near]
+    away, azimuth = np.hypot(x, y), np.arctan2(y, x)
+    is_around = away <= 1.001 * radius
+    half = np.arcsin(np.where(is_around, 0.0, radius / np.where(is_around, 1.0, away))) + 1e-6
+    first = np.where(is_around, 0, _sector(azimuth - half))
+    last = np.where(is_around, SECTORS - 1, _sector(azimuth + half))
+    count = np.minimum(last - first + 1, SECTORS)
+    which = np.repeat(np.arange(len(near)), count)
+    step = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    sector = (first[which] + step) % SECTORS
+    order = np.argsort(sector, kind='stable')
+    start = np.concatenate([[0], np.cumsum(np.bincount(sector, minlength=SECTORS))])
+    surfaces = near[which[order]]
+    return start, surfaces, least[surfaces]
+
+
+def _sector(azimuth):
+    return np.floor(azimuth * (SECTORS / (2 * np.pi))).astype(np.int64)
+
+
 @kernel
-def _cast(origin, rays, max_range, bounds, triangles, boxes, cylinders, spheres):
+def _cast(origin, rays, sector, max_range, by_sector, bounds, surfaces):
+    start, nearest_first, least = by_sector
+    triangles, boxes, cylinders, spheres = surfaces
     first_box = len(triangles)
     first_cylinder = first_box + len(boxes)
     first_sphere = first_cylinder + len(cylinders)
@@ -62,7 +95,10 @@ def _cast(origin, rays, max_range, bounds, triangles, boxes, cylinders, spheres)
         ray = (rays[i, 0], rays[i, 1], rays[i, 2])
         nearest = np.inf
         limit = max_range
-        for k in range(len(bounds)):
+        for at in range(start[sector[i]], start[sector[i] + 1]):
+            k = nearest_first[at]
+            if least[at] > limit:
+                break
             if _misses(bounds, k, ray, limit):
                 continue
             if k < first_box:
