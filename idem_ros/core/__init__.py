@@ -9,6 +9,7 @@ from idem_ros.core.exceptions import IdemError, InvalidCloud, InvalidConfig, Inv
 if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.compilation import warm_up as warm_up
     from idem_ros.core.geometry.undistortion import undistort as undistort
+    from idem_ros.core.maps.map_cloud import MapCloud as MapCloud
     from idem_ros.core.metric.cloud import Cloud as Cloud
     from idem_ros.core.metric.landscape import Landscape as Landscape
     from idem_ros.core.metric.q_tot import fourth_neighbor_distance as fourth_neighbor_distance
@@ -29,6 +30,7 @@ if TYPE_CHECKING:  # for editors and type checkers: the same as below
 # Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
 _LOADED_LATER = {
     'Cloud': 'metric.cloud',
+    'MapCloud': 'maps.map_cloud',
     'Assessment': 'trust.assessment',
     'RegistrationResult': 'result',
     'Status': 'status',

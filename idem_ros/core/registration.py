@@ -6,6 +6,7 @@ Prepare, radius (Eq. 9), stages coarse to fine: in each linearise, solve, accept
 
 from dataclasses import replace
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,26 +16,37 @@ from idem_ros.core.blocks import OutOfTime, Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.geometry import se3
+from idem_ros.core.maps.map_cloud import MapCloud
+from idem_ros.core.maps.target import (
+    Target,
+    TargetLike,
+    as_source,
+    as_target,
+    in_reach,
+    with_common_voxel_size,
+)
 from idem_ros.core.metric.balls import between_origins, from_origins
-from idem_ros.core.metric.cloud import Cloud, CloudLike, as_cloud
-from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
+from idem_ros.core.metric.cloud import Cloud, CloudLike
+from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.result import RegistrationResult, agreement_at, result_at, with_motion
 from idem_ros.core.solve.newton import Termination
-from idem_ros.core.solve.pair import Pair, prepare
+from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
 from idem_ros.core.solve.sweep import Sweep, sweep_of
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.stages import Descent, descend, not_begun, stay
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import Assessment, assess, out_of_time, too_little
 from idem_ros.core.trust.observability import Observability, observability_of
+from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.scope import judged_in_scope
 
+MOST_PARTS = 3  # of a map, where a scan ends far from its guess
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
 SOLVER, TRUST = SolverTuning(), TrustTuning()
 
 
 def register(
-    target: CloudLike,
+    target: TargetLike,
     source: CloudLike,
     T_target_source: ArrayLike | None = None,
     config: RegistrationConfig | None = None,
@@ -48,7 +60,7 @@ def register(
     With `mode="audit"` nothing moves: the guess itself is judged.
 
     Args:
-        target: (N, 3) points or a `Cloud`, in the target frame.
+        target: (N, 3) points, a `Cloud` or a `MapCloud`, in the target frame.
         source: (M, 3) points or a `Cloud`, in the source frame.
         T_target_source: (4, 4) initial guess; None: identity.
         config: `RegistrationConfig`; None: its defaults.
@@ -70,14 +82,14 @@ def register(
         raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
     workers = _workers(config)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
-    target, source = in_threads(Workers(config.threads), as_cloud, (target, source))
+    target, source = _clouds(target, source, config)
     sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
     result = _registered(target, sweep, T, config, tuning, trust, workers)
     return with_motion(result, sweep)
 
 
 def _registered(
-    target: Cloud,
+    target: Target,
     sweep: Sweep,
     T: Transform,
     config: RegistrationConfig,
@@ -87,22 +99,65 @@ def _registered(
 ) -> RegistrationResult:
     """Return the result of a target and the source of a `Sweep`, from the guess T."""
     (workers, late_workers), source = both_workers, sweep.undone()
-    config = with_voxel_size(config, target, source)
-    T_guess = between_origins(target, source, T)
+    config = with_common_voxel_size(config, target, source)
     try:
-        pair = prepare(target, source, config, tuning, trust, workers)  # voxels; radius of Eq. 9
+        near = in_reach(target, source, T, config, workers)  # all of a cloud, some of a map
+        if isinstance(target, MapCloud) and len(near) < LEAST_POINTS:
+            return _unsolved(T, Status.NO_OVERLAP, config, outside(target.bounds, source, T))
+        pair = prepare(near, source, config, tuning, trust, workers)  # voxels; radius of Eq. 9
     except OutOfTime:
         return _unsolved(T, Status.LATE, config, out_of_time())
     if not pair.stages:
         status = Status.TOO_FEW_POINTS if pair.is_small else Status.DEGENERATE
         return _unsolved(T, status, config, too_little(*pair.clouds))
+    T_guess = between_origins(near, source, T)
     descent, observability = _refined(pair, T_guess)  # stages, coarse to fine
+    pair, descent, observability = _followed(target, source, pair, descent, observability)
     try:
         pair = pair._replace(workers=late_workers)
-        return _judged(pair, (target, source), T_guess, descent, observability)
+        return _judged(pair, (near, source), T_guess, descent, observability)
     except OutOfTime:
-        T = from_origins(target, source, descent.solution.transform)
+        T = from_origins(near, source, descent.solution.transform)
         return _unsolved(T, Status.LATE, config, out_of_time(), descent.iterations)
+
+
+def _clouds(
+    target: TargetLike, source: CloudLike, config: RegistrationConfig
+) -> tuple[Target, Cloud]:
+    """Return both, prepared at once where there are two threads."""
+    found: list[Target] = in_threads(
+        Workers(config.threads),
+        lambda each: each[0](each[1]),
+        [(as_target, target), (as_source, source)],
+    )
+    return found[0], cast(Cloud, found[1])
+
+
+def _followed(
+    target: Target,
+    source: Cloud,
+    pair: Pair,
+    descent: Descent,
+    observability: Observability | None,
+) -> tuple[Pair, Descent, Observability | None]:
+    """Return the same, gone on from where a descent has left what of a map its guess reached."""
+    for _ in range(MOST_PARTS):
+        T = descent.solution.transform
+        if observability is None or pair.target.reaches(pair.source, T):
+            break
+        try:
+            place = from_origins(pair.target, pair.source, T), pair.config
+            near = in_reach(target, source, *place, pair.workers, pair.target.origin)
+            again = prepare(near, source, pair.config, pair.tuning, pair.trust, pair.workers)
+        except OutOfTime:
+            break
+        if not again.stages:
+            break
+        later, observability = _refined(again, T)
+        steps = descent.iterations + later.iterations
+        pair, first = again, descent.first or later.first
+        descent = later._replace(first=first, iterations=steps)
+    return pair, descent, observability
 
 
 def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | None]:

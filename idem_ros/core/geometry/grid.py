@@ -42,16 +42,35 @@ def build_grid(points: Points, cell: float) -> tuple[Grid, Indices]:
     Returns:
         The grid, and the (N,) order: grid.points = points[order].
     """
-    low, extent, bits, start, order, ordered = _sort_into_cells(points, cell)
+    most = max(CELLS_PER_POINT * len(points), 1 << 3 * LEAST_BITS)
+    return build_grid_between(points, cell, bounds(points), most)
+
+
+def build_grid_between(
+    points: Points, cell: float, box: tuple[Point, Point], most_cells: int
+) -> tuple[Grid, Indices]:
+    """Sort points, of which there may be none, into the cells of a box that holds them all.
+
+    In which order the neighbours of a place are met is then a matter of the box and of those
+    neighbours, whatever other points there are.
+
+    Args:
+        points: (N, 3).
+        cell: edge of the cells.
+        box: lowest and highest coordinates, (3,) each.
+        most_cells: that there are before they repeat.
+    """
+    low, high = box
+    extent, bits, start, order, ordered = _sort_into_cells(points, cell, low, high, most_cells)
     return Grid(start, ordered, low, extent, bits, cell), order
 
 
 @kernel
-def _period_bits(extent: Integers, n_points: int) -> Integers:
+def _period_bits(extent: Integers, most_cells: int) -> Integers:
     bits = np.empty(3, np.int64)
     for axis in range(3):
         bits[axis] = max(_bit_length(extent[axis] - 1), LEAST_BITS)
-    most = max(_bit_length(CELLS_PER_POINT * n_points - 1), 3 * LEAST_BITS)
+    most = _bit_length(most_cells - 1)
     while bits[0] + bits[1] + bits[2] > most:
         bits[np.argmax(bits)] -= 1
     return bits
@@ -80,15 +99,14 @@ def bounds(points: Points) -> tuple[Point, Point]:
 
 @kernel
 def _sort_into_cells(
-    points: Points, cell: float
-) -> tuple[Point, Integers, Integers, Integers32, Integers32, Points]:
+    points: Points, cell: float, low: Point, high: Point, most_cells: int
+) -> tuple[Integers, Integers, Integers32, Integers32, Points]:
     """Counting sort by cell; points of one cell keep their order."""
     n = points.shape[0]
-    low, high = bounds(points)
     extent, inverse_cell = np.empty(3, np.int64), 1.0 / cell
     for axis in range(3):
         extent[axis] = np.int64(np.floor((high[axis] - low[axis]) / cell)) + 1
-    bits = _period_bits(extent, n)
+    bits = _period_bits(extent, most_cells)
     key = np.empty(n, np.int64)
     start = np.zeros((1 << (bits[0] + bits[1] + bits[2])) + 2, np.int32)
     mask_x, mask_y, mask_z = (1 << bits[0]) - 1, (1 << bits[1]) - 1, (1 << bits[2]) - 1
@@ -106,7 +124,7 @@ def _sort_into_cells(
         start[key[i] + 1] += 1
         order[at] = i
         ordered[at, 0], ordered[at, 1], ordered[at, 2] = points[i, 0], points[i, 1], points[i, 2]
-    return low, extent, bits, start[:-1], order, ordered
+    return extent, bits, start[:-1], order, ordered
 
 
 @kernel

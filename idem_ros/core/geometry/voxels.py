@@ -25,14 +25,20 @@ class Voxels(NamedTuple):
     weights: Weights  # (M, 7): their weight, and their scatter about the mean (xx, ..., zz)
 
 
-def reduce_to_voxels(points: Points, weights: Weights, voxel_size: float) -> Voxels:
-    """Reduce (N, 3) finite points to voxels of the given edge, from the cloud's own corner.
+def reduce_to_voxels(
+    points: Points, weights: Weights, voxel_size: float, low: Point | None = None
+) -> Voxels:
+    """Reduce (N, 3) finite points, N >= 1, to voxels of the given edge.
 
     A point that stands for others goes where it is itself.
 
-    weights (N, 7): weight and scatter of each point, or (1, 7): of all of them.
+    Args:
+        points: (N, 3).
+        weights: (N, 7) weight and scatter of each point, or (1, 7) of all of them.
+        voxel_size: edge of the voxels.
+        low: (3,) corner of the first voxel, no point is below; None: the cloud's own.
     """
-    low, _ = bounds(points)
+    low = bounds(points)[0] if low is None else low
     slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int32)
     sums, corners = np.empty((len(points), 10)), np.empty((len(points), 3), np.int64)
     n = _accumulate(points, weights, low, voxel_size, slots, corners, sums)
@@ -73,7 +79,7 @@ def _accumulate_values(
         px, py, pz = points[i, 0] - low[0], points[i, 1] - low[1], points[i, 2] - low[2]
         x, y, z = np.int64(px / size), np.int64(py / size), np.int64(pz / size)
         if x != last_x or y != last_y or z != last_z:
-            v = _voxel_of(x, y, z, slots, mask, corners, n)
+            v = voxel_of(x, y, z, slots, mask, corners, n)
             if v == n:
                 sums[n, :] = 0.0
                 n += 1
@@ -103,7 +109,7 @@ def _accumulate(
         px, py, pz = points[i, 0] - low[0], points[i, 1] - low[1], points[i, 2] - low[2]
         x, y, z = np.int64(px / size), np.int64(py / size), np.int64(pz / size)
         if x != last_x or y != last_y or z != last_z:
-            v = _voxel_of(x, y, z, slots, mask, corners, n)
+            v = voxel_of(x, y, z, slots, mask, corners, n)
             if v == n:
                 sums[n, :] = 0.0
                 n += 1
@@ -114,7 +120,7 @@ def _accumulate(
 
 
 @kernel
-def _voxel_of(
+def voxel_of(
     x: Integer, y: Integer, z: Integer, slots: Integers32, mask: int, corners: Integers, n: Integer
 ) -> Integer:
     """Return the number of a voxel, n for one not seen before."""

@@ -8,7 +8,16 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from idem_ros.core.arrays import Floats, Indices, Mask, MomentRows, Point, Points, Weights
+from idem_ros.core.arrays import (
+    Floats,
+    Indices,
+    Mask,
+    MomentRows,
+    Point,
+    Points,
+    Transform,
+    Weights,
+)
 from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
@@ -76,7 +85,7 @@ class Cloud:
         origin, finite, kept = _centred_points(points)
         self._init(origin, finite, kept, AS_MEASURED, KEPT)
         if times is not None:
-            self.times = _read_only(checked_times(times, _checked_points(points))[finite])
+            self.times = _read_only(checked_times(times, checked_points(points))[finite])
 
     @classmethod
     def for_one_call(cls, points: ArrayLike) -> Cloud:
@@ -107,6 +116,15 @@ class Cloud:
     def is_reduced(self) -> bool:
         """Whether the points are means of voxels, and stand for others."""
         return self._weights is not AS_MEASURED
+
+    @property
+    def is_part(self) -> bool:
+        """Whether it is a part of a map, beside which there is more."""
+        return False
+
+    def reaches(self, source: Cloud, T: Transform) -> bool:
+        """Whether it is all that a source can meet; T: (4, 4), between the clouds' origins."""
+        return True
 
     def bounds(self) -> tuple[Point, Point]:
         """Return the lowest and highest coordinates (3,), minus `origin`; computed once."""
@@ -183,6 +201,14 @@ class Cloud:
         """
         return self._kept.get('reduced', voxel_size, lambda: self._reduced(voxel_size))
 
+    def ready_neighbourhoods(self, radius: float, workers: Workers) -> Neighbourhoods | None:
+        """Return the `Neighbourhoods` at a radius, where they come from elsewhere; None: compute.
+
+        Raises:
+            OutOfTime: the workers are late.
+        """
+        return None
+
     def _reduced(self, voxel_size: float) -> Cloud:
         cloud = Cloud.__new__(Cloud)
         mean, weights = reduce_to_voxels(self._points, self._weights, voxel_size)
@@ -212,6 +238,8 @@ def neighbourhoods(
         OutOfTime: the workers are late.
     """
     new = [c for c in dict.fromkeys(clouds) if not c._kept.has('neighbourhoods', radius)]
+    made = {c: ready for c in new if (ready := c.ready_neighbourhoods(radius, workers))}
+    new = [c for c in new if c not in made]
     cells = in_threads(workers, lambda cloud: cloud.in_cells(radius), new)
     found = [Neighbourhoods(*each, *_room_for_moments(each)) for each in cells]
     blocks = [(each, span) for each in found for span in spans(len(each.order), workers)]
@@ -222,7 +250,7 @@ def neighbourhoods(
         own_moments(of.grid, of.weights, radius * radius * TIE, span, 1, of.unit, of.own)
 
     in_threads(workers, fill, blocks)
-    made = dict(zip(new, found, strict=True))
+    made.update(zip(new, found, strict=True))
 
     def kept(cloud: Cloud) -> Neighbourhoods:
         """Return a cloud's; anew where it was let go of since it was looked up."""
@@ -251,8 +279,8 @@ def _read_only(array: NDArray[Scalar]) -> NDArray[Scalar]:
 
 
 def _centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
-    points = _checked_points(points)
-    finite, kept = _finite(points)
+    points = checked_points(points)
+    finite, kept = finite_points(points)
     if len(kept) == 0:
         raise InvalidCloud(
             f'the cloud has {len(points)} points and none is finite; at least one must be'
@@ -265,7 +293,12 @@ def _centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
     return origin, finite, kept
 
 
-def _checked_points(points: Any) -> Points:
+def checked_points(points: Any) -> Points:
+    """Return (N, 3) float64, with NaN where points are masked.
+
+    Raises:
+        InvalidCloud: they have another shape, or are not numbers.
+    """
     try:
         masked = isinstance(points, np.ma.MaskedArray)
         array: NDArray[Any] = (
@@ -283,7 +316,7 @@ def _checked_points(points: Any) -> Points:
 
 
 @kernel
-def _finite(points: Points) -> tuple[Mask, Points]:
+def finite_points(points: Points) -> tuple[Mask, Points]:
     """Return which rows are finite and no farther than any measurement, and these rows."""
     finite = np.empty(points.shape[0], np.bool_)
     n = 0

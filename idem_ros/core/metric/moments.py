@@ -107,6 +107,24 @@ def own_moments(
 
 
 @kernel
+def moments_around(
+    centres: Points, grid: Grid, weights: Weights, r2: float, unit: MomentRows, own: MomentRows
+) -> None:
+    """Fill both moments (N, 10) of balls around centres (N, 3), of a grid's points.
+
+    The grid's weights are in its order.
+    """
+    found, rows = room_for(grid)
+    for i in range(centres.shape[0]):
+        p = point_of(centres, i)
+        n = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
+        once, m = ball_moments(p, grid.points, weights, found, 0, n, r2)
+        for c in range(10):
+            unit[i, c] = once[c]
+            own[i, c] = m[c]
+
+
+@kernel
 def covariance(moments: Moments) -> Symmetric:
     """Return the covariance, divided by k, of moments (k, s, S): S/k - (s/k)(s/k)^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = moments

@@ -68,7 +68,22 @@ def with_voxel_size(
     """
     if config.voxel_size != AUTO:
         return config
-    size = common_voxel_size(target.voxel_fit(), source.voxel_fit())
+    return _with(config, common_voxel_size(target.voxel_fit(), source.voxel_fit()))
+
+
+def with_voxel_size_of(config: RegistrationConfig, scan: Cloud) -> RegistrationConfig:
+    """Return the same for a scan in a map: the finest size that suits the scan.
+
+    Of the map only a part is looked at, another for each scan; so its own fit is not asked for.
+    """
+    if config.voxel_size != AUTO:
+        return config
+    fit = scan.voxel_fit()
+    of_map = fit and fit._replace(points=max(fit.points, FEW_POINTS))
+    return _with(config, common_voxel_size(fit, of_map))
+
+
+def _with(config: RegistrationConfig, size: float | None) -> RegistrationConfig:
     low, high = VOXEL_SIZES
     return replace(config, voxel_size=size if size and low <= size <= high else None)
 

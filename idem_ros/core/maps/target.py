@@ -1,0 +1,54 @@
+"""What scans are registered to: a cloud, all of which counts, or of a map what is in reach."""
+
+from idem_ros.core.arrays import Point, Transform
+from idem_ros.core.blocks import ALONE, Workers
+from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.maps.map_cloud import MapCloud
+from idem_ros.core.metric.cloud import Cloud, CloudLike, as_cloud
+from idem_ros.core.metric.voxel_size import with_voxel_size, with_voxel_size_of
+
+Target = Cloud | MapCloud
+TargetLike = CloudLike | MapCloud
+
+
+def as_target(points: TargetLike) -> Target:
+    """Return a `MapCloud` or a `Cloud` as it is, and anything else made into one, for one call."""
+    return points if isinstance(points, MapCloud) else as_cloud(points)
+
+
+def as_source(points: TargetLike) -> Cloud:
+    """Return a `Cloud` as it is, and anything else made into one, for one call.
+
+    Raises:
+        InvalidCloud: it is none, but perhaps a map.
+    """
+    if isinstance(points, MapCloud):
+        raise InvalidCloud('the source is a MapCloud; a map can only be the target')
+    return as_cloud(points)
+
+
+def with_common_voxel_size(
+    config: RegistrationConfig, target: Target, source: Cloud
+) -> RegistrationConfig:
+    """Return a `RegistrationConfig` whose voxel size is a number or None, never "auto"."""
+    if isinstance(target, MapCloud):
+        return with_voxel_size_of(config, source)
+    return with_voxel_size(config, target, source)
+
+
+def in_reach(
+    target: Target,
+    source: Cloud,
+    T_target_source: Transform,
+    config: RegistrationConfig,
+    workers: Workers = ALONE,
+    origin: Point | None = None,
+) -> Cloud:
+    """Return what of a target a source can meet at a pose: of a map a part, which may be empty.
+
+    See `MapCloud.in_reach`.
+    """
+    if isinstance(target, MapCloud):
+        return target.in_reach(source, T_target_source, config, workers=workers, origin=origin)
+    return target
