@@ -1,0 +1,56 @@
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from idem_ros.results.gate import read_rules
+
+EXAMPLES = Path(__file__).resolve().parents[2] / 'examples'
+DEMO = EXAMPLES.parent / 'bags' / 'demo.mcap'
+
+
+def said_by(name, *arguments):
+    command = [sys.executable, EXAMPLES / name, *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=300).stdout
+
+
+def test_arrays_are_registered_to_a_millimetre():
+    said = said_by('arrays.py')
+    assert 'verdict: aligned' in said
+    off = re.search(r'off by \[mm\]: (.*)', said)[1]
+    assert max(abs(float(word)) for word in off.split()) < 1.0
+
+
+def test_every_frame_of_a_recording_is_shown_with_its_verdict():
+    lines = said_by('recording.py', DEMO).splitlines()
+    assert len(lines) > 10
+    assert all(
+        re.fullmatch(r'\d+: \w+, overlap 0\.\d\d, off by \d+\.\d mm', line) for line in lines
+    )
+
+
+def test_a_graph_of_our_edges_is_far_nearer_the_truth_than_the_odometry():
+    said = said_by('pose_graph.py')
+    off = {
+        name: float(mm)
+        for name, mm in re.findall(r'^(\w+): off by ([\d.]+) mm', said, re.MULTILINE)
+    }
+    assert off['graph'] < off['odometry'] / 20
+
+
+def test_the_evaluation_in_ci_calls_commands_that_there_are_with_rules_that_can_be_read():
+    from idem_ros.commands.main import command_line
+
+    (job,) = yaml.safe_load((EXAMPLES / 'gate.yml').read_text())['jobs'].values()
+    words = [step['run'].split() for step in job['steps'] if 'run' in step]
+    for command in (each[1:] for each in words if each[0] == 'idem'):
+        command_line().parse_args(command)
+    assert read_rules(EXAMPLES / 'gate_rules.yaml')
+
+
+@pytest.mark.parametrize('path', sorted(EXAMPLES.glob('*.py')), ids=lambda path: path.name)
+def test_each_example_says_how_it_is_run(path):
+    assert f'python examples/{path.name}' in path.read_text().split('"""')[1]
