@@ -103,7 +103,7 @@ class Outputs:
             self._publishers['aligned'].publish(cloud_message(points, *header))
         if self._is_wanted('q_points'):
             points, q, cloud = points_with_q(refinement.result, *took_part)
-            message = cloud_message(points, *header, {'q_i': q, 'cloud': cloud})
+            message = cloud_message(points, *header, columns={'q_i': q, 'cloud': cloud})
             self._publishers['q_points'].publish(message)
 
     def publish_region(self, refinement: Refinement, slice_: QTotSlice) -> None:

@@ -2,7 +2,7 @@
 
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 from idem_ros.node.console import Console
@@ -17,12 +17,6 @@ from idem_ros.terminal.printable import printable
 PERIOD = 1.0  # [s]
 STALE_AFTER = 5.0  # [s] without a result or a refusal
 KEPT = 10
-LEVELS = {
-    OK: DiagnosticStatus.OK,
-    WARN: DiagnosticStatus.WARN,
-    ERROR: DiagnosticStatus.ERROR,
-    STALE: DiagnosticStatus.STALE,
-}
 
 
 class Report:
@@ -98,7 +92,7 @@ class Report:
     def _send(self, task: str, level: int, text: str, values: dict, stamp: int) -> None:
         if self.is_on:
             node = self._node.get_fully_qualified_name()
-            message = diagnostics_message(node, task, LEVELS[level], text, values, stamp)
+            message = diagnostics_message(node, task, level, text, values, stamp)
             self._publisher.publish(message)
 
     def _now(self) -> int:

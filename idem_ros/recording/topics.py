@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF
-from idem_ros.recording.messages import CLOUD, TRANSFORM
 
 MSGTYPES = {
     'target': CLOUD,

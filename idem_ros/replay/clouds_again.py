@@ -6,11 +6,12 @@ import numpy as np
 
 from idem_ros.core import IdemError
 from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.recording.folder import recording_files
-from idem_ros.recording.messages import CLOUD, transform_message
+from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topic, find_topics
 from idem_ros.refinement.preprocessing import preprocess

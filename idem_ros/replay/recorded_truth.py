@@ -3,8 +3,8 @@
 from itertools import islice
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.topics import TopicNotFound, find_topic
 from idem_ros.replay.truths import Truths
 

@@ -11,9 +11,9 @@ from idem_ros.core import Cloud, IdemError
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.files.trajectory_file import Trajectory
+from idem_ros.messages.building import CLOUD
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.pair import Refusal
-from idem_ros.recording.messages import CLOUD
 from idem_ros.recording.topics import Topics, find_topic
 from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
 from idem_ros.refinement.refiner import registered

@@ -19,10 +19,11 @@ from benchmarks.soak.children import PLAYER, SoakFailed, played_by, started
 from benchmarks.soak.footprint import Footprint, Sample
 from benchmarks.soak.player import Played
 from benchmarks.soak.stream import street_stream
+from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.node.loopback import loopback_environment
-from idem_ros.recording.messages import CLOUD, typestore
+from idem_ros.recording.messages import typestore
 
 
 def test_quick_soak_reaches_its_figures_and_leaves_no_process():

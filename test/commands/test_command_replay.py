@@ -8,9 +8,10 @@ import pytest
 from recordings import scans, write_sqlite3
 
 from idem_ros.commands.main import main
+from idem_ros.messages.building import DIAGNOSTICS, TRANSFORM
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.recording.embedded import read_embedded
-from idem_ros.recording.messages import DIAGNOSTICS, TRANSFORM, cloud_message
+from idem_ros.recording.messages import cloud_message
 from idem_ros.recording.reader import Topic, open_recording
 from idem_ros.recording.writer import write_mcap
 

@@ -10,8 +10,9 @@ from recordings import bare_mcap, ros1_bag, scans, write_rosbag1, write_sqlite3
 from rosbags.rosbag1 import Writer as Writer1
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.messages.building import CLOUD
 from idem_ros.recording.definitions import difference, parse
-from idem_ros.recording.messages import CLOUD, typestore
+from idem_ros.recording.messages import typestore
 from idem_ros.recording.reader import open_recording
 
 TRIES = int(os.environ.get('IDEM_FUZZ', '800')) // 8

@@ -22,6 +22,7 @@ from idem_ros.node.messages import (
     time_message,
     transform_message,
 )
+from idem_ros.refinement import diagnostics
 from idem_ros.refinement.q_tot_slice import QTotSlice
 from idem_ros.refinement.refiner import Refinement
 
@@ -78,15 +79,20 @@ def test_q_tot_survives_whatever_kind_of_number_it_is(refinement):
 
 
 @pytest.mark.parametrize(
-    'level',
-    [DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE],
+    ('level', 'sent_as'),
+    [
+        (diagnostics.OK, DiagnosticStatus.OK),
+        (diagnostics.WARN, DiagnosticStatus.WARN),
+        (diagnostics.ERROR, DiagnosticStatus.ERROR),
+        (diagnostics.STALE, DiagnosticStatus.STALE),
+    ],
 )
-def test_diagnostics_keep_level_text_and_values(level):
+def test_diagnostics_keep_level_text_and_values(level, sent_as):
     values = {'q_tot': np.float64(1.5), 'dropped': 3}
     message = sent(diagnostics_message('/front/node', 'task', level, 'so it is', values, STAMP))
     (status,) = message.status
     assert (status.name, status.hardware_id) == ('/front/node: task', '/front/node')
-    assert (status.level, status.message) == (level, 'so it is')
+    assert (status.level, status.message) == (sent_as, 'so it is')
     assert {each.key: each.value for each in status.values} == {'q_tot': '1.5', 'dropped': '3'}
 
 
@@ -117,7 +123,7 @@ def test_covariance_is_sent_row_by_row(refinement):
 
 def test_cloud_comes_back_with_its_columns():
     points = np.array([[1.0, 2.0, 3.0], [-4.0, 5.5, 6.0]])
-    message = sent(cloud_message(points, STAMP, 'map', {'q_i': np.array([0.25, -8.0])}))
+    message = sent(cloud_message(points, STAMP, 'map', columns={'q_i': np.array([0.25, -8.0])}))
     np.testing.assert_array_equal(read_points(message).points, points)
     assert [field.name for field in message.fields] == ['x', 'y', 'z', 'q_i']
     rows = np.frombuffer(message.data, '<f4').reshape(2, 4)

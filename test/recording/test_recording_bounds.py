@@ -10,8 +10,9 @@ from recordings import scans, write_rosbag1
 from rosbags.rosbag1 import Writer as Writer1
 
 from idem_ros.commands.main import main
+from idem_ros.messages.building import CLOUD
 from idem_ros.recording.inflating import Damaged, TooLarge, inflated, inflated_message
-from idem_ros.recording.messages import CLOUD, typestore
+from idem_ros.recording.messages import typestore
 from idem_ros.recording.reader import open_recording
 
 BOUND = 200_000

@@ -4,8 +4,9 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.messages.building import CLOUD
 from idem_ros.recording.definitions import difference, parse
-from idem_ros.recording.messages import CLOUD, typestore
+from idem_ros.recording.messages import typestore
 
 NOETIC = get_typestore(Stores.ROS1_NOETIC)
 IDL = """\

@@ -9,9 +9,10 @@ from mcap.writer import CompressionType, IndexType, Writer
 from recordings import TOPICS, scans, write_sqlite3
 from rosbags.typesys import Stores, get_typestore
 
+from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.recording.decoding import UnreadableTopic
-from idem_ros.recording.messages import CLOUD, TRANSFORM, typestore
+from idem_ros.recording.messages import typestore
 from idem_ros.recording.reader import Topic, open_recording
 from idem_ros.recording.topics import find_topics
 

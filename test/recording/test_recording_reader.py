@@ -15,8 +15,9 @@ from recordings import (
     write_sqlite3,
 )
 
+from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.messages.pointcloud2 import read_points
-from idem_ros.recording.messages import CLOUD, TRANSFORM, typestore
+from idem_ros.recording.messages import typestore
 from idem_ros.recording.reader import Topic, UnreadableRecording, open_recording
 from idem_ros.recording.writer import write_mcap
 

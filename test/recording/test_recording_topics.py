@@ -2,8 +2,8 @@ from types import SimpleNamespace as Record
 
 import pytest
 
+from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.pairing.guesses import POSE
-from idem_ros.recording.messages import CLOUD, TRANSFORM
 from idem_ros.recording.reader import Topic
 from idem_ros.recording.topics import TopicNotFound, Topics, find_topic, find_topics
 

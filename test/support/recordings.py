@@ -8,13 +8,8 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from idem_ros.core.geometry.se3 import inverse, transform_points
-from idem_ros.recording.messages import (
-    CLOUD,
-    TRANSFORM,
-    cloud_message,
-    transform_message,
-    typestore,
-)
+from idem_ros.messages.building import CLOUD, TRANSFORM
+from idem_ros.recording.messages import cloud_message, transform_message, typestore
 from idem_ros.recording.reader import Topic
 from idem_ros.recording.writer import write_mcap
 
