@@ -16,7 +16,7 @@ from benchmarks.case import displaced, errors
 from benchmarks.unseen import STARTS, Unseen
 from idem_ros.core import RegistrationConfig, register, warm_up
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning, tuned_numbers
-from idem_ros.core.trust.assessment import Verdict
+from idem_ros.core.trust.verdict import Verdict
 
 AS_TUNED = ''
 

@@ -3,37 +3,43 @@
 import numpy as np
 from scipy.optimize import minimize
 
+from benchmarks.trust.poses import NUMBERS
 from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.trust.basin import LAST
-from idem_ros.core.trust.verdict_model import features, probability
+from idem_ros.core.trust.verdict_model import BEYOND, features, probability
 
+FAR_AND_WRONG = 4.0  # times as much: to believe such a one does harm
 RIDGE = 1e-4  # on weights of standardised inputs: the classes are nearly separable
 BINS = 10
 
 
 def fitted(poses):
-    """Return the model's weights (4,): each kind, class and way a pose was made counts alike.
+    """Return the model's weights (7,): each kind, class and way a pose was made counts alike.
+
+    That of the way is not fitted, but `BEYOND`.
 
     Args:
         poses: `Judged`, none of which is neither right nor wrong; it learns from the `is_seen`.
     """
     poses = [each for each in poses if is_seen(each)]
     inputs = features(*numbers_of(poses))
+    beyond, inputs = BEYOND * inputs[:, -1], inputs[:, :-1]
     right = np.array([each.right for each in poses], float)
     groups = [(each.kind, each.right, each.how) for each in poses]
     weight = np.array([1.0 / groups.count(group) for group in groups])
+    weight[[not each.right and each.how == 'far' for each in poses]] *= FAR_AND_WRONG
     mean, scale = inputs.mean(axis=0), inputs.std(axis=0)
     design = np.c_[(inputs - mean) / scale, np.ones(len(inputs))]
 
     def loss(w):
-        z, slopes = design @ w, np.r_[w[:-1], 0.0]
+        z, slopes = design @ w + beyond, np.r_[w[:-1], 0.0]
         surprise = np.logaddexp(0.0, np.where(right, -z, z)) @ weight / weight.sum()
         pull = design.T @ (weight * (1 / (1 + np.exp(-z)) - right)) / weight.sum()
         return surprise + RIDGE * slopes @ slopes, pull + 2 * RIDGE * slopes
 
     w = minimize(loss, np.zeros(design.shape[1]), jac=True).x
     slopes = w[:-1] / scale
-    return np.r_[slopes, w[-1] - slopes @ mean]
+    return np.r_[slopes, BEYOND, w[-1] - slopes @ mean]
 
 
 def is_seen(pose):
@@ -42,8 +48,8 @@ def is_seen(pose):
 
 
 def numbers_of(poses):
-    """Return what a model judges poses by, (3, N)."""
-    return np.array([(each.discord, each.contrast, each.step) for each in poses]).T
+    """Return what a model judges poses by, (6, N)."""
+    return np.array([[getattr(each, name) for name in NUMBERS] for each in poses]).T
 
 
 def left_out(poses):
@@ -51,7 +57,8 @@ def left_out(poses):
     found = {}
     for kind in dict.fromkeys(each.kind for each in poses):
         weights = fitted([each for each in poses if each.kind != kind])
-        found[kind] = probability(*numbers_of([p for p in poses if p.kind == kind]), weights)
+        of_kind = numbers_of([each for each in poses if each.kind == kind])
+        found[kind] = probability(*of_kind, weights)
     return found
 
 

@@ -18,12 +18,13 @@ LIDAR_MOVED = (0.57, 0.1)  # [deg], [m]
 OBJECT_MOVED = (1.0, 0.5)  # [deg], of the spacing
 LARGEST_OBJECT = 1.0  # [m], of the spread of its points
 MOVED = 6
-# starts: how many, least and most [deg], least and most over the spacing, stages
+# starts: name, how many, least and most [deg], least and most over the spacing, stages
 STARTS = (
-    (5, 0.0, 15.0, 0.0, 8.0, (8.0, 4.0, 2.0, 1.0)),
-    (7, 20.0, 180.0, 0.0, 60.0, (8.0, 4.0, 2.0, 1.0)),
-    (8, 0.0, 40.0, 0.0, 15.0, (1.0,)),
+    ('near', 5, 0.0, 15.0, 0.0, 8.0, (8.0, 4.0, 2.0, 1.0)),
+    ('far', 7, 20.0, 180.0, 0.0, 60.0, (8.0, 4.0, 2.0, 1.0)),
+    ('last stage', 8, 0.0, 40.0, 0.0, 15.0, (1.0,)),
 )
+NUMBERS = ('discord', 'contrast', 'step', 'spread', 'overlap', 'way')  # what a model judges by
 PEER_SCORES = ('inlier RMSE', 'fitness', 'GICP error')
 DISTANCE = 1.0  # of the spacing, for the peers' correspondences
 
@@ -32,14 +33,16 @@ class Judged(NamedTuple):
     """One pose, whether it is right, and what is seen of it."""
 
     kind: str
-    how: str  # 'moved', 'solved'
+    how: str  # 'moved', or the name of its start
     right: bool | None  # None: neither right nor clearly wrong
     discord: float
     contrast: float
     step: float
+    spread: float
+    overlap: float  # of the cloud of which more meets
+    way: float
     p_aligned: float
     free: str  # motions that nothing holds, in words
-    overlap: float
     peers: tuple[float, ...]  # as PEER_SCORES, the higher the better
 
 
@@ -52,11 +55,11 @@ def judged_poses(kind, build):
     found = []
 
     def judge(how, right, T, seen):
-        numbers = (seen.discord, seen.contrast, seen.step, seen.p_aligned, seen.free, seen.overlap)
+        numbers = *(getattr(seen, name) for name in NUMBERS), seen.p_aligned, seen.free
         found.append(Judged(kind, how, right, *numbers, peers(T)))
 
     config = RegistrationConfig(voxel_size=case.voxel_size)
-    for count, *ranges, stages in STARTS:
+    for how, count, *ranges, stages in STARTS:
         of_start = RegistrationConfig(voxel_size=case.voxel_size, radius_schedule=stages)
         for _ in range(count):
             degrees, multiple = rng.uniform(*ranges[:2]), rng.uniform(*ranges[2:])
@@ -64,7 +67,7 @@ def judged_poses(kind, build):
             start = displaced(case.truth, case.centroid, *off)
             result = register(target, source, start, of_start)
             T = result.T_target_source
-            judge('solved', _is_right(case, T), T, result.assessment)
+            judge(how, _is_right(case, T), T, result.assessment)
     audit = replace(config, mode='audit')
     best = register(target, source, case.truth, config).T_target_source
     for _ in range(MOVED):

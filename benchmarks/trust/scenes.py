@@ -6,9 +6,11 @@ from benchmarks.bare_scenes import bare_case
 from benchmarks.conditions import CONDITIONS, condition
 from benchmarks.lidar_cases import scan_to_scan
 from benchmarks.real_pairs import real_case, real_pairs
+from benchmarks.trust.sensors import depth_case
 
 LIDAR = {'street': (0.5, 0.25), 'room': (0.1,), 'forest': (0.5,)}
 """Simulated scenes and their voxel sizes [m]."""
+DEPTH_VOXELS = (0.05, 0.1)  # [m], of depth cameras in furnished rooms
 BOX, BOX_VOXELS = 'box in corridor', (None, 0.15)
 REAL = {'bunny': 'real objects', 'dragon': 'real objects', 'KITTI': 'real LiDAR'}
 REAL |= {'small_gicp': 'real LiDAR'}
@@ -25,6 +27,10 @@ def simulated(count):
             )
             for seed in range(FIRST_SEED, FIRST_SEED + count)
         ]
+    found['depth cameras'] = [
+        partial(depth_case, seed, DEPTH_VOXELS[seed % len(DEPTH_VOXELS)])
+        for seed in range(FIRST_SEED, FIRST_SEED + count)
+    ]
     names = list(CONDITIONS)
     found['objects'] = [
         partial(condition, names[seed % len(names)], seed)

@@ -5,7 +5,7 @@ from functools import partial
 from multiprocessing import get_context
 
 from benchmarks.trust.fit import fitted, fitted_confidence, left_out
-from benchmarks.trust.poses import judged_poses
+from benchmarks.trust.poses import NUMBERS, judged_poses
 from benchmarks.trust.scenes import real, simulated
 from benchmarks.trust.ways import ways
 from idem_ros.core.trust.basin import FIRST, LAST
@@ -15,7 +15,7 @@ from idem_ros.terminal.markdown import table
 
 CASES, QUICK_CASES = 24, 1  # of each kind
 ALONE = (8.0, 1.0)  # with these stages the first is the last coarse one, too
-COLUMNS = ('kind', 'how', 'right', 'discord', 'contrast', 'step', 'free', 'p_left_out')
+COLUMNS = ('kind', 'how', 'right', *NUMBERS, 'free', 'p_left_out')
 
 
 def run(context):
@@ -50,9 +50,7 @@ def _csv(context, poses):
             each.kind,
             each.how,
             each.right,
-            each.discord,
-            each.contrast,
-            each.step,
+            *(getattr(each, name) for name in NUMBERS),
             each.free,
             next(by_kind[each.kind]),
         )
@@ -63,10 +61,11 @@ def _csv(context, poses):
 
 def _page(context, poses, weights, first, last):
     models = {
-        'verdict, slope of the discord': (WEIGHTS[0], weights[0]),
-        'verdict, slope of the contrast': (WEIGHTS[1], weights[1]),
-        'verdict, slope of log10 step': (WEIGHTS[2], weights[2]),
-        'verdict, constant': (WEIGHTS[3], weights[3]),
+        **{
+            f'verdict, slope of {name}': pair
+            for name, *pair in zip(NUMBERS, WEIGHTS[:-1], weights[:-1], strict=True)
+        },
+        'verdict, constant': (WEIGHTS[-1], weights[-1]),
         'first stage, slope': (FIRST[0], first[0]),
         'first stage, even at a mean contrast of': (FIRST[1], first[1]),
         'last coarse stage, slope': (LAST[0], last[0]),

@@ -135,7 +135,7 @@ def _digits(T_target_source, source):
 def _said(assessment, T_target_source, source):
     import numpy as np
 
-    from idem_ros.core.trust.assessment import Verdict
+    from idem_ros.core.trust.verdict import Verdict
     from idem_ros.refinement.diagnostics import covariance_at
 
     if assessment is None:

@@ -24,20 +24,20 @@ if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.solve.tuning import SolverTuning as SolverTuning
     from idem_ros.core.solve.tuning import TrustTuning as TrustTuning
     from idem_ros.core.status import Status as Status
-    from idem_ros.core.trust.assessment import Assessment as Assessment
-    from idem_ros.core.trust.assessment import Verdict as Verdict
+    from idem_ros.core.trust.verdict import Assessment as Assessment
+    from idem_ros.core.trust.verdict import Verdict as Verdict
 
 # Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
 _LOADED_LATER = {
     'Cloud': 'metric.cloud',
     'MapCloud': 'maps.map_cloud',
-    'Assessment': 'trust.assessment',
+    'Assessment': 'trust.verdict',
     'RegistrationResult': 'result',
     'Status': 'status',
     'Termination': 'solve.newton',
     'SolverTuning': 'solve.tuning',
     'TrustTuning': 'solve.tuning',
-    'Verdict': 'trust.assessment',
+    'Verdict': 'trust.verdict',
     'fourth_neighbor_distance': 'metric.q_tot',
     'q_per_point': 'metric.q_tot',
     'q_tot': 'metric.q_tot',

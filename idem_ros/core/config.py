@@ -83,6 +83,17 @@ class RegistrationConfig:
         'the pose of another localiser',
         choices=MODES,
     )
+    audit_tolerance: tuple[float, ...] = _parameter(
+        (0.05, 0.3),
+        'how far off a pose that is audited may be, and still be aligned: a distance in the '
+        "clouds' unit, and an angle in degrees",
+    )
+    model_error: tuple[float, ...] = _parameter(
+        (0.0, 0.0),
+        'standard deviation, of each axis, of what no comparison of the two clouds shows: of '
+        "calibration, of a map's own bends, of motion within a sweep; added to the covariance. A "
+        "distance in the clouds' unit, and an angle in degrees",
+    )
     assessment: str = _parameter(
         'verdict',
         'what is said of a result: "verdict" (can it be trusted, and its covariance), "swap" (and '
@@ -114,6 +125,8 @@ class RegistrationConfig:
         if self.voxel_size not in (None, AUTO):
             _require_within('voxel_size', self.voxel_size, VOXEL_SIZES, words=(AUTO,))
         self._check_schedule()
+        for name in ('audit_tolerance', 'model_error'):
+            object.__setattr__(self, name, _length_and_angle(name, getattr(self, name)))
         if self.mode == 'audit' and self.assessment == 'none':
             raise InvalidConfig('mode is audit and assessment none: nothing would be said')
         if self.budget_ms is not None:
@@ -137,6 +150,20 @@ class RegistrationConfig:
                 f'{tuple(sorted(schedule, reverse=True))}'
             )
         object.__setattr__(self, 'radius_schedule', schedule)
+
+
+def _length_and_angle(name: str, given: Any) -> tuple[float, float]:
+    """Return a length and an angle in degrees, from 0 on, as a tuple."""
+    values: tuple[Any, ...] = ()
+    if isinstance(given, (tuple, list, np.ndarray)):
+        values = tuple(map(_plain, cast(Any, given)))
+    if len(values) != 2:
+        raise InvalidConfig(
+            f'{name} is {given!r}; give a length and an angle in degrees, as in (0.05, 0.3)'
+        )
+    for value, most in zip(values, (VOXEL_SIZES[1], 180.0), strict=True):
+        _require_within(name, value, (0.0, most))
+    return float(values[0]), float(values[1])
 
 
 def _plain(value: Any) -> Any:

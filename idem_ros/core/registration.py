@@ -29,16 +29,18 @@ from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.result import RegistrationResult, agreement_at, result_at, with_motion
+from idem_ros.core.solve.descent import Descent, not_begun
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
 from idem_ros.core.solve.sweep import Sweep, sweep_of
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
-from idem_ros.core.stages import Descent, descend, not_begun, stay
+from idem_ros.core.stages import descend, minimum_beside, stay
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import Assessment, assess, out_of_time, too_little
+from idem_ros.core.trust.assessment import assess, out_of_time, too_little
 from idem_ros.core.trust.observability import Observability, observability_of
 from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.scope import judged_in_scope
+from idem_ros.core.trust.verdict import Assessment
 
 MOST_PARTS = 3  # of a map, where a scan ends far from its guess
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
@@ -207,6 +209,10 @@ def _judged(
     result = result_at(pair, descent, agreement, q_tot, observability)
     if pair.config.assessment == 'none':
         return result
+    if pair.config.mode == 'audit':
+        descent = minimum_beside(descent, pair, observability.held)
+        T = descent.solution.transform
+        agreement, _ = agreement_at(pair, cost.balls, T)
     said = assess(pair, given, descent, T_guess, agreement, observability)
     said = judged_in_scope(said, *given, cost.balls, agreement, T)
     if pair.config.assessment == 'swap':

@@ -16,6 +16,20 @@ def stay(pair: Pair, T: Transform) -> Descent:
     return Descent(Solution(T, matrix, 0, Termination.NOT_STARTED, 0), cost)
 
 
+def minimum_beside(descent: Descent, pair: Pair, motions: Twists) -> Descent:
+    """Return the `Descent` to the minimum beside a pose that was to stay: by the last stage.
+
+    It counts as not started: how its iteration ended says nothing of the pose.
+    motions: (6, k), those allowed; none: it stays.
+    """
+    assert descent.cost is not None, 'a pose that stays has the last stage to be judged by'
+    if motions.shape[1] == 0:
+        return descent
+    T, criteria = descent.solution.transform, _criteria(pair, pair.stages[-1])
+    solution = minimize(descent.cost, T, criteria, motions)
+    return descent._replace(solution=solution._replace(termination=Termination.NOT_STARTED))
+
+
 def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:
     """Return the `Descent` from T; motions (6, k): those allowed, None: all.
 
@@ -58,13 +72,17 @@ def _first_stage(pair: Pair, start: Descent, motions: Twists | None) -> Descent:
 
 def _through(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None) -> Descent:
     """Minimise one stage from where a `Descent` ended; return where it has led."""
-    cost, ease = pair.cost(stage), 1.0 if stage.is_last else pair.tuning.ease
-    criteria = Criteria(
+    cost = pair.cost(stage)
+    solution = minimize(cost, descent.solution.transform, _criteria(pair, stage), motions)
+    steps = descent.iterations + solution.iterations
+    return descent._replace(solution=solution, cost=cost, iterations=steps)
+
+
+def _criteria(pair: Pair, stage: Stage) -> Criteria:
+    ease = 1.0 if stage.is_last else pair.tuning.ease
+    return Criteria(
         pair.config.max_iterations,
         ease * pair.config.rotation_tolerance,
         ease * pair.config.translation_tolerance * stage.radius,
         pair.workers,
     )
-    solution = minimize(cost, descent.solution.transform, criteria, motions)
-    steps = descent.iterations + solution.iterations
-    return descent._replace(solution=solution, cost=cost, iterations=steps)

@@ -8,7 +8,7 @@ import numpy as np
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import Verdict
+from idem_ros.core.trust.verdict import Verdict
 from idem_ros.files.structured_text import UnreadableText, read_yaml
 from idem_ros.recording.part import LOSSES
 

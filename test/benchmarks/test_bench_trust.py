@@ -20,14 +20,13 @@ from benchmarks.trust.scenes import simulated
 from benchmarks.trust.spread import Spread, spread, worst_coverage
 from benchmarks.trust.ways import Way, ways
 from idem_ros.core.trust.basin import LAST
-from idem_ros.core.trust.verdict_model import probability
+from idem_ros.core.trust.verdict_model import BEYOND, probability
 
 SIMILAR = partial(condition, 'similar', 7)
 
 
-def judged(kind, right, discord, contrast, step, peer=0.0, overlap=1.0):
-    numbers = (discord, contrast, step, 0.5, '', overlap)
-    return Judged(kind, 'solved', right, *numbers, (peer,) * len(PEER_SCORES))
+def judged(kind, right, numbers, peer=0.0):
+    return Judged(kind, 'near', right, *numbers, 0.5, '', (peer,) * len(PEER_SCORES))
 
 
 @pytest.fixture
@@ -37,8 +36,9 @@ def poses(rng):
     for kind in ('a', 'b'):
         for right in (True, False):
             for _ in range(50):
-                discord = rng.uniform(0.1, 0.4) if right else rng.uniform(0.5, 1.5)
-                found.append(judged(kind, right, discord, *rng.random(2), rng.normal()))
+                discord = rng.uniform(0.1, 0.3) if right else rng.uniform(0.8, 1.5)
+                numbers = discord, *rng.random(3), rng.uniform(0.1, 1.0), rng.random()
+                found.append(judged(kind, right, numbers, rng.normal()))
     return found
 
 
@@ -49,12 +49,13 @@ def test_a_model_fitted_to_one_kind_judges_another(poses):
 
 
 def test_the_fit_recovers_a_model_that_made_the_labels(rng):
-    true = np.array([-6.0, 3.0, -2.0, 0.5])
-    numbers = rng.uniform([0.0, -0.5, -3.0], [1.5, 1.0, 0.0], (8000, 3))
-    numbers[:, 2] = 10.0 ** numbers[:, 2]
+    true = np.array([-6.0, 3.0, -2.0, -1.5, 2.0, BEYOND, 0.5])
+    least, most = [0.0, -0.5, -3.0, -1.5, 0.1, 1.0], [1.5, 1.0, 0.0, 0.0, 1.0, 4.0]
+    numbers = rng.uniform(least, most, (8000, 6))
+    numbers[:, 2:4] = 10.0 ** numbers[:, 2:4]
     right = rng.random(len(numbers)) < probability(*numbers.T, true)
-    found = fitted([judged('a', bool(r), *n) for r, n in zip(right, numbers, strict=True)])
-    np.testing.assert_allclose(found[:3], true[:3], rtol=0.15)
+    found = fitted([judged('a', bool(r), n) for r, n in zip(right, numbers, strict=True)])
+    np.testing.assert_allclose(found[:5], true[:5], rtol=0.15)
 
 
 def test_confidence_is_fitted_back_to_what_foretold(rng):
@@ -112,7 +113,7 @@ def test_one_trial_of_each_other_kind():
 
 def test_scenes_are_all_different():
     cases = simulated(3)
-    assert len(cases) == 5
+    assert len(cases) == 6
     names = [
         build().name for builders in (cases['objects'], cases['corridors']) for build in builders
     ]

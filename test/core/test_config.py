@@ -66,3 +66,10 @@ def test_voxels_finer_than_the_coordinates_resolve_are_refused(rng):
 def test_a_stray_point_far_off_forbids_no_voxels(rng):
     points = np.vstack([rng.uniform(0.0, 10.0, (1000, 3)), [[1e9, 0.0, 0.0]]])
     assert len(Cloud(points).reduced(0.1)) > 100
+
+
+@pytest.mark.parametrize('name', ['audit_tolerance', 'model_error'])
+@pytest.mark.parametrize('given', [0.1, 'much', (0.1,), (0.1, -1.0), (np.nan, 0.1), (0.1, 200.0)])
+def test_a_length_and_an_angle_are_two_numbers_from_zero_on(name, given):
+    with pytest.raises(InvalidConfig, match=name):
+        RegistrationConfig(**{name: given})

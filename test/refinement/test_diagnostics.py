@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from idem_ros.core import RegistrationResult, Status, Verdict
-from idem_ros.core.trust.assessment import Assessment
+from idem_ros.core.trust.verdict import Assessment
 from idem_ros.refinement.diagnostics import headline
 
 

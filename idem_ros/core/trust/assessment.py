@@ -1,13 +1,11 @@
 """Can a pose be trusted? A verdict with its probability and reason, and a covariance."""
 
-from dataclasses import dataclass, field
-from enum import Enum
-from typing import NamedTuple, TypedDict
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Matrix6, Point, Transform, Twist
-from idem_ros.core.geometry import se3
+from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.noise import quantile, share_of_sheets
@@ -15,63 +13,33 @@ from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.newton import Termination, newton_step
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair
 from idem_ros.core.solve.tuning import TrustTuning
-from idem_ros.core.trust.basin import gauge
+from idem_ros.core.trust.audit import audited, offset_of
+from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.contrast import contrast_along
-from idem_ros.core.trust.covariance import by_region, covariance_of
+from idem_ros.core.trust.covariance import by_region, covariance_of, of_model
 from idem_ros.core.trust.observability import Observability
+from idem_ros.core.trust.pose_twist import pose_covariance, to_pose
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
+from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
 from idem_ros.core.trust.words import free_in_words
 
-ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
-LEAST_PROBABILITY = 0.5
 # Scans of LiDARs as given have 0.5 and more, at voxels 0.7; where rings lie apart, below 0.2.
 LEAST_SHEETS = 1 / 3
-NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
 TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
 WIDER = 10.0  # times one cloud over the other, and their units are in doubt
 HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
 
 
-class Verdict(Enum):
-    """What is to be thought of a pose."""
+class _Seen(NamedTuple):
+    """What the model of the verdict judges by."""
 
-    ALIGNED = 'aligned'
-    MISALIGNED = 'misaligned'
-    LOW_OVERLAP = 'low_overlap'
-    SEPARATED = 'separated'
-    DEGENERATE = 'degenerate'
-    OUTSIDE_BASIN = 'outside_basin'
-    NOT_CONVERGED = 'not_converged'
-
-
-@dataclass(frozen=True, eq=False)
-class Assessment:
-    """A verdict on a pose, and what it stands on."""
-
-    verdict: Verdict
-    p_aligned: float  # probability that it is right along every motion held; nan: unknown
-    reason: str
-    free: str = ''  # the motions that nothing holds, in words, in the source's axes
-    # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin
-    covariance: Matrix6 = field(default_factory=lambda: NOTHING_KNOWN * np.eye(6))
-    # 90th percentile of q_i over the points that have a neighbour in the other cloud [nat]
-    discord: float = np.nan
-    # least rise of q_mean a radius away along a motion, of the points that hold it [nat]
-    contrast: float = np.nan
-    step: float = 0.0  # how far the next step would move the surfaces, over the radius
-    overlap: float = 0.0
-    # where the guess was: 0 at the minimum, 1 at the rim of its basin; nan: an audit
-    basin: float = np.nan
-    # how far from it the registration of target to source ends, as the surfaces move, in the
-    # clouds' unit; nan: not asked for
-    swap_gap: float = np.nan
-
-
-class _Seen(TypedDict):
     discord: float
     contrast: float
     step: float
+    spread: float
+    overlap: float
+    way: float
 
 
 class Agreement(NamedTuple):
@@ -107,25 +75,36 @@ def assess(
     if agreement.overlap == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
     pulls, stiffness = by_region(cost, T, observability)
-    seen: _Seen = {
-        'discord': _discord(agreement),
-        'contrast': _least_contrast(balls, T, observability),
-        'step': _step(observability, pulls.sum(axis=0), stiffness.sum(axis=0)) / balls.radius,
-    }
-    lacking = _lacking(agreement, balls, observability, trust)
-    p = np.nan if lacking else float(probability(**seen))
-    free = free_in_words(observability, T[:3, :3])
     covariance = covariance_of(cost, T, observability, pulls, stiffness)
     covariance *= trust.jumps if pair.sampling.jumps else 1.0
+    firmness = _along_held(covariance, observability)
+    seen = _Seen(
+        discord=_discord(agreement),
+        contrast=_least_contrast(balls, T, observability),
+        step=_step(observability, pulls.sum(axis=0), stiffness.sum(axis=0)) / balls.radius,
+        spread=float(np.sqrt(np.linalg.eigvalsh(firmness)[-1:].sum())) / balls.radius,
+        overlap=_overlap(pair, agreement),
+        way=way_between(descent.first or balls, T, T_guess),
+    )
+    lacking = _lacking(agreement, balls, observability, trust)
+    p = np.nan if lacking else float(probability(*seen))
+    free = free_in_words(observability, T[:3, :3])
     position = T[:3, 3] - T[:3, :3] @ pair.source.origin
-    return Assessment(
+    more = of_model(pair.config.model_error)
+    said = Assessment(
         *_verdict(p, seen, lacking, free, descent),
         free=free,
-        covariance=_of_pose(covariance, position),
-        overlap=agreement.overlap,
+        covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
-        **seen,
+        **seen._replace(overlap=agreement.overlap)._asdict(),
     )
+    if pair.config.mode != 'audit':
+        return said
+    off = offset_of(T_guess, T, observability)
+    moved = np.linalg.norm(np.linalg.solve(observability.motions, off)) / balls.radius
+    held = pose_covariance(observability.held @ firmness @ observability.held.T, position)
+    said = replace(said, step=float(moved))
+    return audited(said, to_pose(position) @ off, held + more, pair.config.audit_tolerance)
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:
@@ -179,6 +158,19 @@ def _step(observability: Observability, gradient: Twist, matrix: Matrix6) -> flo
     return float(np.linalg.norm(along))
 
 
+def _along_held(covariance: Matrix6, observability: Observability) -> Floats:
+    """Return the (k, k) covariance along the motions held, as the surfaces move."""
+    back = np.linalg.inv(observability.motions)[observability.observable]
+    along: Floats = back @ covariance @ back.T
+    return along
+
+
+def _overlap(pair: Pair, agreement: Agreement) -> float:
+    """Return the share of points that meet the other cloud, of that of which more do."""
+    sides = np.split(agreement.reach, [len(pair.target)])
+    return max(np.count_nonzero(side) / max(len(side), 1) for side in sides)
+
+
 def _lacking(
     agreement: Agreement, balls: Balls, observability: Observability, trust: TrustTuning
 ) -> tuple[Verdict, str, bool] | None:
@@ -219,7 +211,7 @@ def _verdict(
         if descent.confidence < LEAST_PROBABILITY:
             reason = 'the coarse stages found no valley around the guess'
             return Verdict.OUTSIDE_BASIN, p, reason
-        return Verdict.MISALIGNED, p, _misaligned(**seen)
+        return Verdict.MISALIGNED, p, _misaligned(seen)
     ended = descent.solution.termination
     # Late, motions that nothing determines have not yet been put back to where they were guessed.
     if ended is Termination.LATE or (ended is Termination.MAX_ITERATIONS and not free):
@@ -227,7 +219,7 @@ def _verdict(
         return Verdict.NOT_CONVERGED, p, reason
     if free:
         return Verdict.DEGENERATE, p, f'{free} of the source frame'
-    return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {seen["step"]:.1g} radii'
+    return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {seen.step:.1g} radii'
 
 
 def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
@@ -237,20 +229,12 @@ def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
     return float(gauge(descent.first or balls, descent.solution.transform, T_guess))
 
 
-def _misaligned(discord: float, contrast: float, step: float) -> str:
+def _misaligned(seen: _Seen) -> str:
     """Return why a pose is taken to be wrong."""
-    if contrast < 0.0:
-        return f'a radius away the clouds agree better, by {-contrast:.2g} nat a point'
-    if probability(discord, contrast, step=0.0) < LEAST_PROBABILITY:
-        return f'a tenth of the points that meet disagree by {discord:.2g} nat or more'
-    return f'the minimum is {step:.2g} radii away, or more'
-
-
-def _of_pose(covariance: Matrix6, position: Point) -> Matrix6:
-    """Move the covariance of a twist about the target's origin to that of the source frame's pose.
-
-    The source's origin moves by v + omega x position; the translation comes first.
-    """
-    moved = np.eye(6)
-    moved[3:, :3] = -se3.skew(position)
-    return (moved @ covariance @ moved.T)[np.ix_(ROS_ORDER, ROS_ORDER)]
+    if probability(*seen._replace(step=0.0)) >= LEAST_PROBABILITY:
+        return f'the minimum is {seen.step:.2g} radii away, or more'
+    if probability(*seen._replace(way=0.0)) >= LEAST_PROBABILITY:
+        return f'it is {seen.way:.2g} radii of the first stage from the guess, beyond any basin'
+    if seen.contrast < 0.0:
+        return f'a radius away the clouds agree better, by {-seen.contrast:.2g} nat a point'
+    return f'a tenth of the points that meet disagree by {seen.discord:.2g} nat or more'

@@ -38,7 +38,7 @@ def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float
         T_guess: (4, 4) likewise.
     """
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
-    way = _way(balls, T_target_source, T_guess) / balls.radius
+    way = way_between(balls, T_target_source, T_guess)
     if way == 0.0:
         return 0.0
     places = np.arange(0.0, FARTHEST + PROBE, PROBE)
@@ -49,10 +49,11 @@ def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float
     return way / places[max(int(np.argmax(q)), 1)]
 
 
-def _way(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float:
-    """Return how far the surfaces move from one pose to the other, in the clouds' unit."""
+def way_between(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float:
+    """Return how far the surfaces move from one pose to the other, over the radius."""
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
-    return float(np.linalg.norm(np.linalg.solve(_units(balls, T_target_source), twist)))
+    moved = np.linalg.norm(np.linalg.solve(_units(balls, T_target_source), twist))
+    return float(moved / balls.radius)
 
 
 def _units(balls: Balls, T_target_source: Transform) -> Matrix6:

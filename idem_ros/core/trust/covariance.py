@@ -69,6 +69,12 @@ def covariance_of(
     return scatter + floor + observability.lever_arm**2 * free @ free.T
 
 
+def of_model(error: tuple[float, ...]) -> Matrix6:
+    """Return the (6, 6) covariance, x y z rx ry rz, of a length and an angle [deg] an axis."""
+    length, degrees = error
+    return np.diag(np.repeat([length, np.radians(degrees)], 3) ** 2)
+
+
 def _scatter(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
     """Return the jackknife's (6, 6): the sum over regions of how far the rest would move."""
     some = stiffness[:, 3, 3] > 0.0

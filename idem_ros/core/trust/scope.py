@@ -10,8 +10,9 @@ import numpy as np
 from idem_ros.core.arrays import Points, Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
-from idem_ros.core.trust.assessment import LEAST_PROBABILITY, Agreement, Assessment, Verdict
+from idem_ros.core.trust.assessment import Agreement
 from idem_ros.core.trust.scale import scale_left_open
+from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 
 FLAT = 1e-3  # of the radius: no point of a scan in a plane is farther from it
 COARSE = (

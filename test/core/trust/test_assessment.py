@@ -5,6 +5,7 @@ from costs import joint_entropy, normal_balance
 
 from benchmarks.bare_scenes import bare_case
 from benchmarks.case import displaced
+from benchmarks.trust.sensors import depth_case
 from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register
 from idem_ros.core.geometry import se3
 from idem_ros.core.trust.covariance import by_region, covariance_of
@@ -242,3 +243,53 @@ def test_a_spent_budget_ends_with_the_best_so_far(rng, pair):
     assert not late.converged
     assert late.assessment.verdict is not Verdict.ALIGNED
     assert register(target, source, guess, RegistrationConfig(budget_ms=1e6)).converged
+
+
+@pytest.mark.parametrize(
+    ('off', 'tolerance', 'verdict'),
+    [
+        ((0.05, 0.02), (0.05, 0.3), Verdict.ALIGNED),
+        ((0.57, 0.1), (0.05, 0.3), Verdict.MISALIGNED),
+        ((0.57, 0.1), (0.2, 1.0), Verdict.ALIGNED),
+        ((0.05, 0.02), (0.01, 0.3), Verdict.MISALIGNED),
+        ((0.5, 0.0), (0.05, 0.3), Verdict.MISALIGNED),
+    ],
+)
+def test_an_audited_pose_is_aligned_within_the_tolerance(off, tolerance, verdict):
+    case = bare_case('box in corridor', 3)
+    pose = displaced(case.truth, np.zeros(3), *off, np.random.default_rng(1))
+    config = RegistrationConfig(mode='audit', audit_tolerance=tolerance)
+    result = register(case.target, case.source, pose, config)
+    np.testing.assert_array_equal(result.T_target_source, pose)
+    said = result.assessment
+    assert said.verdict is verdict
+    # how far it may be off is told too
+    off_by = np.sqrt(np.trace(said.covariance[:3, :3]))
+    assert off_by == pytest.approx(off[1], abs=0.05)
+
+
+def test_an_audit_that_finds_another_minimum_says_how_far_it_is():
+    case = bare_case('box in corridor', 4)
+    pose = displaced(case.truth, np.zeros(3), 0.1, 0.2, np.random.default_rng(2))
+    said = register(case.target, case.source, pose, AUDIT).assessment
+    assert '0.2 and 0.087 deg away, where 0.05 and 0.3 deg are tolerated' in said.reason
+
+
+def test_the_error_of_the_model_is_added_to_the_covariance(pair):
+    target, source, truth = pair
+    plain, wider = (
+        register(target, source, truth, RegistrationConfig(model_error=error)).assessment
+        for error in ((0.0, 0.0), (0.03, 0.2))
+    )
+    added = np.diag([0.03**2] * 3 + [np.radians(0.2) ** 2] * 3)
+    np.testing.assert_allclose(wider.covariance - plain.covariance, added, atol=1e-12)
+
+
+def test_a_depth_cameras_own_noise_is_no_discord():
+    case = depth_case(6, 0.05)
+    config = RegistrationConfig(voxel_size=0.05)
+    said = register(case.target, case.source, case.truth, config).assessment
+    assert said.verdict is Verdict.ALIGNED
+    wrong = displaced(case.truth, case.centroid, 0.57, 0.1, np.random.default_rng(1))
+    audit = RegistrationConfig(voxel_size=0.05, mode='audit')
+    assert register(case.target, case.source, wrong, audit).assessment.p_aligned < 0.1

@@ -1,0 +1,51 @@
+"""What can be said of a pose: a verdict with its probability and reason, and a covariance."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from idem_ros.core.arrays import Matrix6
+
+LEAST_PROBABILITY = 0.5  # from which on a pose is taken to be right
+NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
+
+
+class Verdict(Enum):
+    """What is to be thought of a pose."""
+
+    ALIGNED = 'aligned'
+    MISALIGNED = 'misaligned'
+    LOW_OVERLAP = 'low_overlap'
+    SEPARATED = 'separated'
+    DEGENERATE = 'degenerate'
+    OUTSIDE_BASIN = 'outside_basin'
+    NOT_CONVERGED = 'not_converged'
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """A verdict on a pose, and what it stands on."""
+
+    verdict: Verdict
+    p_aligned: float  # probability that it is right along every motion held; nan: unknown
+    reason: str
+    free: str = ''  # the motions that nothing holds, in words, in the source's axes
+    # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin
+    covariance: Matrix6 = field(default_factory=lambda: NOTHING_KNOWN * np.eye(6))
+    # 90th percentile of q_i over the points that have a neighbour in the other cloud [nat]
+    discord: float = np.nan
+    # least rise of q_mean a radius away along a motion, of the points that hold it [nat]
+    contrast: float = np.nan
+    # how far the next step would move the surfaces, over the radius; of an audited pose, how far
+    # they are off the minimum beside it, which the other numbers are of
+    step: float = 0.0
+    # deviation of where the regions put the loosest of the motions held, over the radius
+    spread: float = np.nan
+    way: float = np.nan  # how far the surfaces moved from the guess, over the first radius
+    overlap: float = 0.0
+    # where the guess was: 0 at the minimum, 1 at the rim of its basin; nan: an audit
+    basin: float = np.nan
+    # how far from it the registration of target to source ends, as the surfaces move, in the
+    # clouds' unit; nan: not asked for
+    swap_gap: float = np.nan
