@@ -36,7 +36,7 @@ INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros fuzz site clean help $(PORTABLE)
+.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros fuzz site three clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -47,6 +47,7 @@ help:
 	@echo 'make lint    check style, the types of the core, and that imports run one way'
 	@echo 'make docs    write the tables and the picture of the documents again'
 	@echo 'make site    build the documents as a site in build/site, with the Python reference'
+	@echo 'make three   bundle three.js for `idem show` again'
 	@echo 'make bench   measure accuracy and time'
 	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
@@ -112,6 +113,14 @@ $(SITE)/.ready: setup.py constraints.txt
 	$(PYTHON) -m venv $(SITE)
 	$(SITE)/bin/python $(INSTALL) --constraint constraints.txt mkdocs-material 'mkdocstrings[python]'
 	@touch $@
+
+# needs npm; what it writes is committed, so that nobody else does
+three:
+	npm install --silent --no-save --prefix build/three three@0.187.0 esbuild
+	cp idem_ros/viewer/three_entry.js build/three/
+	cd build/three && npx esbuild three_entry.js --bundle --minify --format=iife --global-name=THREE \
+		--legal-comments=none --outfile=three.min.js
+	cat idem_ros/viewer/three_licence.txt build/three/three.min.js > idem_ros/viewer/three.min.js
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks main --markdown docs/figures.md

@@ -35,6 +35,7 @@ setup(
     package_data={
         PACKAGE: ['py.typed'],
         f'{PACKAGE}.report': ['report.css', 'report.html.jinja', 'report.js'],
+        f'{PACKAGE}.viewer': ['*.css', '*.jinja', '*.js', '*.txt'],
     },
     install_requires=[
         'setuptools',

@@ -34,7 +34,7 @@ def refinement_values(refinement, dropped):
         'status': result.status.value,
         'reason': reason(result),
         'milliseconds': f'{refinement.time_ms:.3f}',
-        **_assessment_values(refinement),
+        **assessment_values(refinement.result.assessment, refinement.source_frame),
         **{f'{stage}_ms': f'{ms:.3f}' for stage, ms in refinement.times._asdict().items()},
         'points_target': str(refinement.points_target),
         'points_source': str(refinement.points_source),
@@ -98,8 +98,8 @@ def level(refinement):
     return ERROR if said.verdict in WRONG else WARN
 
 
-def _assessment_values(refinement):
-    said = refinement.result.assessment
+def assessment_values(said, source_frame):
+    """Return what an `Assessment` says, by name; nothing where there is none."""
     if said is None:
         return {}
     sigmas = said.covariance.diagonal() ** 0.5
@@ -107,7 +107,7 @@ def _assessment_values(refinement):
         'verdict': said.verdict.value,
         'verdict_reason': said.reason,
         'p_aligned': repr(float(said.p_aligned)),
-        'free_motions': f'{said.free} of {refinement.source_frame}' if said.free else 'none',
+        'free_motions': f'{said.free} of {source_frame}' if said.free else 'none',
         'basin': repr(float(said.basin)),
         'swap_gap': repr(said.swap_gap),
         'sigma_xyz_m': _in_a_row(sigmas[:3]),

@@ -81,7 +81,7 @@ def _template():
     environment = Environment(
         autoescape=True, finalize=_without_controls, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters |= {'cell': _cell, 'link': _link, 'numeric_columns': _numeric_columns}
+    environment.filters |= {'cell': _cell, 'link': data_link, 'numeric_columns': _numeric_columns}
     return environment.from_string(_beside('report.html.jinja'))
 
 
@@ -93,7 +93,8 @@ def _without_controls(value):
     return value if isinstance(value, Markup) else printable(value)
 
 
-def _link(content, kind):
+def data_link(content, kind):
+    """Return bytes of a kind as an address that a page holds itself."""
     return f'data:{kind};base64,{b64encode(content).decode()}'
 
 

@@ -1,5 +1,7 @@
 """Views of one pair of clouds: from above at a pose, and a slice of q_tot around a pose."""
 
+import io
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -52,6 +54,13 @@ def seen_from_above(source, radius):
     middle = np.median(x_y, axis=0)
     extent = np.percentile(np.abs(x_y - middle).max(axis=1), 98)
     return middle, float(min(RADII_SEEN * radius, extent) if radius else extent) or 1.0
+
+
+def png(figure):
+    """Return a figure as PNG; the same bytes for the same figure."""
+    file = io.BytesIO()
+    figure.savefig(file, format='png', dpi=110, metadata={'Software': None})
+    return file.getvalue()
 
 
 def _without_floor(points, height):

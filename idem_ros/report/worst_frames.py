@@ -1,6 +1,5 @@
 """The frames of a run that went worst, with pictures from the recording where it is found."""
 
-import io
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,7 +95,7 @@ def _pictures(result, i, target, source):
             ('before', guessed, 'at the initial guess, from above'),
             ('after', refined, 'refined, from above'),
         ):
-            images[key] = _png(views.draw_from_above(target, moved, *view, title))
+            images[key] = views.png(views.draw_from_above(target, moved, *view, title))
         if not radius:
             return Pictures(images, 'no slice of q_tot: nothing was evaluated')
         config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
@@ -104,11 +103,5 @@ def _pictures(result, i, target, source):
             config = replace(config, voxel_size=frame['voxel_size'])
         slice_ = slice_around(target, source, T_refined, T_guess, radius, config, STEPS)
         offset = T_guess[:2, 3] - T_refined[:2, 3]
-        images['q_tot'] = _png(views.draw_slice(slice_, offset))
+        images['q_tot'] = views.png(views.draw_slice(slice_, offset))
     return Pictures(images)
-
-
-def _png(figure):
-    file = io.BytesIO()
-    figure.savefig(file, format='png', dpi=110, metadata={'Software': None})
-    return file.getvalue()

@@ -91,14 +91,14 @@ class Page:
 
 
 @contextmanager
-def open_browser(folder):
+def open_browser(folder, *flags):
     """Start a browser with its profile in a folder; yield a `Page`; skip where there is none."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip(f'no browser is installed: none of {", ".join(NAMES)}')
     to_browser, commands = os.pipe()
     answers, from_browser = os.pipe()
-    command = [program, *FLAGS, f'--user-data-dir={folder}', '--remote-debugging-pipe']
+    command = [program, *FLAGS, *flags, f'--user-data-dir={folder}', '--remote-debugging-pipe']
     # a shell puts the pipes where the browser expects them; exec leaves one process to end
     placed = f'exec "$@" {READ}<&{to_browser} {WRITE}>&{from_browser}'
     with subprocess.Popen(

@@ -1,0 +1,57 @@
+"""`idem show`: one frame of a result as a page, both clouds in 3D."""
+
+import argparse
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import OK, UsageError
+
+DESCRIPTION = """\
+Write one HTML page on one frame of RESULT: both clouds in 3D, coloured by cloud or by
+what each point adds to q_tot, at the guess and refined; the motions that nothing
+determines; q_tot along each axis with the guess, the result and the crests around it;
+and the numbers that the verdict stands on. The page opens without a network.
+
+The recording that RESULT names is read again, and the frame registered again from its
+guess, with the parameters of then.
+"""
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'show',
+        help='one frame of a result as a page, both clouds in 3D',
+        description=DESCRIPTION,
+        epilog='example: idem show result.json --out page.html',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        'result', metavar='RESULT', help='what `idem replay --json` or --out wrote'
+    )
+    parser.add_argument(
+        '--frame', type=int, metavar='N', help='its number, from 0 (default: the worst)'
+    )
+    parser.add_argument('--out', metavar='FILE.html', required=True, help='page to write')
+    parser.add_argument(
+        '--recordings-under',
+        metavar='FOLDER',
+        help='read a recording only where it lies in FOLDER (default: anywhere)',
+    )
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Check, register again, write, say where the page is."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise UsageError('the pictures need matplotlib: pip install ".[plot]"') from error
+    from idem_ros.files.atomic_file import replacing, require_writable
+    from idem_ros.viewer.shown_frame import page_of
+
+    require_writable(args.out)
+    text = page_of(args.result, args.frame, args.recordings_under)
+    with replacing(args.out) as temporary:
+        Path(temporary).write_text(text, encoding='utf-8')
+    print(f'{args.out}: {Path(args.out).stat().st_size / 1e6:.1f} MB')
+    return OK

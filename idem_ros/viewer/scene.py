@@ -1,0 +1,153 @@
+"""What a page shows of one registration: points, poses, curves of q_tot, and numbers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from idem_ros.core import Cloud, Landscape, register
+from idem_ros.core.config import AUTO
+from idem_ros.core.geometry.se3 import inverse, transform_points
+from idem_ros.core.metric.displacement import AXES, centroid, displaced
+from idem_ros.core.metric.region_of_interest import nearest_maximum
+from idem_ros.refinement.debug_clouds import points_with_q
+from idem_ros.refinement.diagnostics import assessment_values
+
+MOST_POINTS = 100_000  # of each cloud; of a larger one every second point is shown, or every third
+STEPS = 40  # of a curve, on either side of the result
+REACH = 4.0  # radii that a curve goes at least
+
+
+@dataclass(frozen=True)
+class Curve:
+    """q_tot where the source is moved along, or turned about, one axis of the target frame."""
+
+    axis: str
+    offsets: np.ndarray
+    """(S,) [m], or [deg] about an axis; 0 at the result."""
+    q_tot: np.ndarray
+    """(S,) [nat]"""
+    guess: float
+    """Where the guess was, as its offset along this axis."""
+    crests: tuple[float, ...]
+    """Offsets of the nearest maxima, below and above, where there are any."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What is shown of one registration; the target frame is moved to the middle of the source."""
+
+    title: str
+    target: np.ndarray
+    """(N, 3) float32, in the target frame."""
+    source: np.ndarray
+    """(M, 3) float32, in the source frame."""
+    every: tuple[int, int]
+    """Which of the points of target and source are shown: every so many-th."""
+    poses: tuple[np.ndarray, np.ndarray]
+    """(4, 4) source in target frame: at the guess, and refined."""
+    means: np.ndarray
+    """(K, 3): what q_tot is of, both clouds at the result, in the target frame."""
+    q: np.ndarray
+    """(K,): what each adds to q_tot [nat]."""
+    free: np.ndarray
+    """(F, 6): motions that nothing determines, x y z rx ry rz in the target frame."""
+    curves: tuple[Curve, ...]
+    values: dict[str, str]
+    """What the verdict stands on, by name."""
+
+
+def scene_of(title, target, source, T_guess, config):
+    """Register two clouds again, and return the `Scene` of it.
+
+    Args:
+        title: of the page.
+        target, source: (N, 3) points that took part.
+        T_guess: (4, 4) where the registration started.
+        config: `RegistrationConfig`.
+    """
+    clouds = Cloud(target), Cloud(source)
+    result = register(*clouds, T_guess, config)
+    T = result.T_target_source
+    middle = np.median(transform_points(T, source), axis=0)
+    means, q, _ = points_with_q(result, *clouds, config)
+    shown = [_thinned(points) for points in (target - middle, source)]
+    to_middle = np.eye(4)
+    to_middle[:3, 3] = -middle
+    return Scene(
+        title=title,
+        target=shown[0][0],
+        source=shown[1][0],
+        every=(shown[0][1], shown[1][1]),
+        poses=(to_middle @ T_guess, to_middle @ T),
+        means=np.float32(means - middle),
+        q=np.float32(q),
+        free=result.motions[~result.observable],
+        curves=tuple(_curves(clouds, T_guess, result, config)),
+        values={name: str(value) for name, value in _values(result).items()},
+    )
+
+
+def _thinned(points):
+    every = max(1, -(-len(points) // MOST_POINTS))
+    return np.float32(points[::every]), every
+
+
+def _curves(clouds, T_guess, result, config):
+    if not result.radius > 0.0:  # too few points: nothing was evaluated
+        return
+    T, size = result.T_target_source, result.voxel_size
+    near = _within_reach(*clouds, T, 2 * REACH * result.radius)
+    if size not in (None, AUTO):
+        near = [each.reduced(size) for each in near]
+    landscape = Landscape(*near, result.radius, config.length_scale, config.threads)
+    pivot = centroid(landscape, T)
+    moved = transform_points(T, near[1].points + near[1].origin)
+    spread = np.sqrt(np.mean(np.sum((moved - pivot) ** 2, axis=1)))
+    guess = _offset_of(T_guess, T, pivot)
+    for k, axis in enumerate(AXES):
+        unit = 1.0 if k < 3 else 1.0 / spread
+        reach = max(REACH * result.radius * unit, 1.2 * abs(guess[k]))
+        offsets = np.linspace(-reach, reach, 2 * STEPS + 1)
+        moves = np.zeros((len(offsets), 6))
+        moves[:, k] = offsets
+        q = landscape.at(displaced(T, moves, pivot))
+        crests = [
+            offsets[STEPS + way * peak]
+            for way, side in ((-1, q[STEPS::-1]), (1, q[STEPS:]))
+            if (peak := nearest_maximum(side)) is not None
+        ]
+        scale = 1.0 if k < 3 else np.degrees(1.0)
+        shown = (scale * offset for offset in crests)
+        yield Curve(axis, scale * offsets, q, float(scale * guess[k]), tuple(map(float, shown)))
+
+
+def _within_reach(target, source, T, margin):
+    """Leave out of the target what a displaced source cannot reach: a map may be large."""
+    points = target.points + target.origin
+    moved = transform_points(T, source.points + source.origin)
+    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
+    inside = ((points >= low) & (points <= high)).all(axis=1)
+    return (Cloud(points[inside]) if inside.any() else target), source
+
+
+def _offset_of(T_guess, T, pivot):
+    """Return (6,): by which displacement of the result, see `displaced`, the guess is reached."""
+    between = T_guess @ inverse(T)
+    turn = Rotation.from_matrix(between[:3, :3])
+    shift = transform_points(between, pivot) - pivot
+    return np.r_[shift, turn.as_euler('xyz')]
+
+
+def _values(result):
+    said = {
+        'status': result.status.value,
+        'ended by': result.termination.value,
+        'iterations': result.iterations,
+        'q_tot': f'{result.q_tot:.5g}',
+        'q_mean': f'{result.q_mean:.3g}',
+        'overlap': f'{result.overlap:.3f}',
+        'radius': f'{result.radius:.3g}',
+        'voxel_size': 'points as given' if result.voxel_size is None else f'{result.voxel_size:g}',
+    }
+    return said | assessment_values(result.assessment, 'the source')

@@ -1,0 +1,75 @@
+import re
+
+import pytest
+from browser import open_browser
+from replayed import write_replayed
+
+from idem_ros.viewer.shown_frame import page_of
+
+DESKTOP, PHONE = (1280, 900), (390, 844)
+SOFTWARE = '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'
+COLOURS = """
+(() => {
+  const gl = document.querySelector('canvas').getContext('webgl2');
+  const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+  const pixels = new Uint8Array(4 * width * height);
+  window.framesPerSecond(1);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  return new Set(new Uint32Array(pixels.buffer)).size;
+})()
+"""
+
+
+@pytest.fixture(scope='module')
+def address(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('show')
+    page = folder / 'page.html'
+    page.write_text(page_of(write_replayed(folder), 0), encoding='utf-8')
+    return page.as_uri()
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    with open_browser(tmp_path_factory.mktemp('profile'), *SOFTWARE) as page:
+        yield page
+
+
+@pytest.mark.parametrize('size', [DESKTOP, PHONE])
+def test_the_clouds_are_drawn_without_the_network_and_without_a_complaint(browser, address, size):
+    browser.open(address, *size)
+    if browser.evaluate("document.body.classList.contains('flat')"):
+        pytest.skip('this browser has no WebGL, not even in software')
+    assert browser.evaluate('new Set([0]).size') == 1
+    assert (
+        browser.evaluate("getComputedStyle(document.querySelector('.pictures')).display") == 'none'
+    )
+    assert browser.requests() == [address]
+    assert [each for each in browser.complaints() if 'exceptionDetails' in each] == []
+    assert browser.evaluate(COLOURS) >= 3  # the ground, the target and the source
+    assert browser.evaluate('document.documentElement.scrollWidth') <= size[0]
+
+
+def test_the_slider_goes_from_the_guess_to_the_result(browser, address):
+    browser.open(address, *DESKTOP)
+    step = "document.getElementById('step')"
+    assert browser.evaluate(f'{step}.value') == browser.evaluate(f'{step}.max')
+    if not browser.evaluate("document.body.classList.contains('flat')"):
+        browser.evaluate(f"{step}.value = 0; {step}.dispatchEvent(new Event('input'))")
+        assert browser.evaluate("document.getElementById('said').textContent") == 'at the guess'
+
+
+def test_a_browser_without_webgl_shows_pictures(address, tmp_path):
+    with open_browser(tmp_path, '--disable-3d-apis') as page:
+        page.open(address, *DESKTOP)
+        assert page.evaluate("document.body.classList.contains('flat')")
+        assert page.evaluate("getComputedStyle(document.getElementById('view')).display") == 'none'
+        pictures = "document.querySelectorAll('.pictures img')"
+        assert page.evaluate(f'[...{pictures}].every(image => image.naturalWidth > 100)')
+        assert page.evaluate(f'{pictures}.length') == 2
+
+
+def test_only_scripts_of_the_page_itself_may_run(tmp_path):
+    page = page_of(write_replayed(tmp_path), 0)
+    (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', page)
+    assert policy.count('sha256-') == page.count('<script>') == 3
+    assert 'default-src &#39;none&#39;' in policy
