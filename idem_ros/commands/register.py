@@ -91,6 +91,8 @@ def _json(args, result):
             'q_tot': result.q_tot,
             'q_mean': result.q_mean,
             'overlap': result.overlap,
+            'overlap_source': result.overlap_source,
+            'overlap_target': result.overlap_target,
             'radius': result.radius,
             'voxel_size': result.voxel_size,
             'information': result.information.tolist(),

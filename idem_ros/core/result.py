@@ -8,7 +8,7 @@ from idem_ros.core.arrays import Floats, Mask, Matrix6, Point, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls, from_origins
 from idem_ros.core.metric.entropy import length_unit
-from idem_ros.core.metric.q_tot import overlap_of
+from idem_ros.core.metric.overlap import overlap_of
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.newton import Solution, Termination
@@ -35,7 +35,8 @@ class RegistrationResult:
     iterations: int = 0  # steps over all stages
     q_tot: float = 0.0  # of the registered clouds (voxel means where voxel_size is given) [nat]
     q_mean: float = 0.0  # q_tot per point that has a neighbour in the other cloud [nat]
-    overlap: float = 0.0  # fraction of the points that have one, of both clouds
+    # share of the points that have one: of both clouds', or of a scan's in a map much larger
+    overlap: float = 0.0
     radius: float = 0.0  # search radius of the last stage, in the clouds' unit
     # (6, 6), x y z rx ry rz: stiffness against a motion of the source in the target frame
     information: Matrix6 = field(default_factory=lambda: np.zeros((6, 6)))
@@ -49,6 +50,8 @@ class RegistrationResult:
     assessment: Assessment | None = None  # None where it was not asked for
     # edge of the voxels, in the clouds' unit, as given or as found; None: points as given
     voxel_size: float | None = None
+    overlap_source: float = 0.0  # share of the source's points that have a neighbour
+    overlap_target: float = 0.0  # likewise, of the target's points within the source's extent
     # (6,), x y z rx ry rz of the source frame in its own axes during the sweep, a second, that was
     # undone; None: none was
     twist: Floats | None = None
@@ -83,8 +86,8 @@ class RegistrationResult:
 def agreement_at(pair: Pair, balls: Balls, T: Transform) -> tuple[Agreement, float]:
     """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
     q, reach = np.concatenate(balls.agreement(T, balls.radius), axis=1)
-    sides = np.split(reach, [len(pair.target)])
-    _, overlap = overlap_of(*sides)
+    sides = reach[: len(pair.target)], reach[len(pair.target) :]
+    overlap = overlap_of(*pair.clouds, T, balls.radius, sides)
     meeting = min(int(np.count_nonzero(side)) for side in sides)
     scale = length_unit(pair.config.length_scale, balls.radius)
     if scale == balls.radius:
@@ -106,7 +109,9 @@ def result_at(
         iterations=descent.iterations,
         q_tot=q_tot,
         q_mean=q_tot / meeting if meeting else 0.0,
-        overlap=agreement.overlap,
+        overlap=agreement.overlap.share,
+        overlap_source=agreement.overlap.of_source,
+        overlap_target=agreement.overlap.of_target,
         radius=descent.cost.balls.radius,
         information=_in_ros_order(solution.matrix, origin),
         motions=(se3.adjoint(se3.translation(origin)) @ observability.motions).T[:, ROS_ORDER],
@@ -125,7 +130,7 @@ def with_motion(result: RegistrationResult, sweep: Sweep) -> RegistrationResult:
 
 
 def _status(solution: Solution, agreement: Agreement, observability: Observability) -> Status:
-    if agreement.overlap == 0.0:
+    if agreement.overlap.share == 0.0:
         return Status.NO_OVERLAP
     if solution.termination is Termination.NOT_STARTED:
         return Status.AUDITED

@@ -28,6 +28,8 @@ def refinement_values(refinement, dropped):
         'q_tot': repr(float(result.q_tot)),
         'q_mean': repr(float(result.q_mean)),
         'overlap': repr(float(result.overlap)),
+        'overlap_source': repr(float(result.overlap_source)),
+        'overlap_target': repr(float(result.overlap_target)),
         'radius': repr(float(result.radius)),
         'voxel_size': repr(float(result.voxel_size or 0.0)),  # as the parameter has it: 0.0: none
         'iterations': str(result.iterations),

@@ -8,7 +8,7 @@ from idem_ros.core import IdemError, RegistrationResult, Status, register
 from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.entropy import length_unit
 from idem_ros.core.metric.joint_cloud import differences
-from idem_ros.core.metric.q_tot import overlap_of
+from idem_ros.core.metric.overlap import overlap_of
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.refinement.refiner import Idem
 from idem_ros.replay.settings import IDEM
@@ -124,16 +124,25 @@ class Peer:
         one_step = replace(config, radius_schedule=config.radius_schedule[-1:], max_iterations=1)
         radius = register(target, source, T, one_step).radius
         if radius == 0.0:  # nothing to evaluate: as `register` has it
-            return replace(result, q_tot=0.0, q_mean=0.0, overlap=0.0, radius=0.0)
+            figures = 'q_tot', 'q_mean', 'overlap', 'overlap_source', 'overlap_target', 'radius'
+            return replace(result, **dict.fromkeys(figures, 0.0))
         target, source = _reduced(target, source, config)
         pose, scale = between_origins(target, source, T), length_unit(config.length_scale, radius)
         (q_target, reach_target), (q_source, reach_source) = differences(
             target.points, source.points, pose, radius, scale
         )
         q = float(q_target.sum() + q_source.sum())
-        within, overlap = overlap_of(reach_target, reach_source)
-        q_mean = q / within if within else 0.0
-        return replace(result, q_tot=q, q_mean=q_mean, overlap=overlap, radius=radius)
+        within = np.count_nonzero(reach_target) + np.count_nonzero(reach_source)
+        overlap = overlap_of(target, source, pose, radius, (reach_target, reach_source))
+        return replace(
+            result,
+            q_tot=q,
+            q_mean=q / within if within else 0.0,
+            overlap=overlap.share,
+            overlap_source=overlap.of_source,
+            overlap_target=overlap.of_target,
+            radius=radius,
+        )
 
     def _matched_to(self, target, config):
         if self._matched is None or self._matched.of != (target, config.voxel_size):
@@ -165,4 +174,12 @@ def _reduced(target, source, config):
 
 def _unjudged(T, status, iterations=0):
     unknown = np.full((6, 6), np.nan)
-    return RegistrationResult(np.array(T), status, iterations, *[np.nan] * 4, unknown)
+    return RegistrationResult(
+        np.array(T),
+        status,
+        iterations,
+        *[np.nan] * 4,
+        unknown,
+        overlap_source=np.nan,
+        overlap_target=np.nan,
+    )

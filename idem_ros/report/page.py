@@ -27,7 +27,8 @@ READING = {
     'better they agree. It depends on the number of points, so compare a frame with itself.',
     'q_mean': 'q_tot per point that has a neighbour in the other cloud; may be compared between '
     'frames.',
-    'overlap': 'share of the points that have a neighbour in the other cloud.',
+    'overlap': 'share of the points that have a neighbour in the other cloud; in a map that is '
+    'much larger than the scan, of the points of the scan.',
     'verdict, reason': 'whether the pose can be trusted, and what speaks against it.',
     'sigma': 'the largest standard deviation of the position and of the rotation, of the '
     'covariance of the pose; left out where nothing is known of it.',

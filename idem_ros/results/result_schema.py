@@ -87,6 +87,8 @@ class Frame(_Record):
     q_tot_before: Number = None
     q_mean: Number = None
     overlap: Annotated[float, Field(ge=0, le=1)] | None = None
+    overlap_source: Annotated[float, Field(ge=0, le=1)] | None = None
+    overlap_target: Annotated[float, Field(ge=0, le=1)] | None = None
     p_aligned: Annotated[float, Field(ge=0, le=1)] | None = None
     radius: Size = None
     voxel_size: Annotated[float, Field(ge=VOXEL_SIZES[0], le=VOXEL_SIZES[1])] | None = None

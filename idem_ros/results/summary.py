@@ -127,6 +127,8 @@ def _frame_record(frame):
         'q_tot_before': _known(refinement.q_tot_before),
         'q_mean': _known(result.q_mean),
         'overlap': _known(result.overlap),
+        'overlap_source': _known(result.overlap_source),
+        'overlap_target': _known(result.overlap_target),
         'radius': _known(result.radius),
         'voxel_size': result.voxel_size,
         'time_ms': refinement.time_ms,

@@ -50,8 +50,8 @@ def test_diagnostics_of_a_result_bear_its_stamp_and_all_values(bench, clouds):
     assert status.message == f'aligned: {values_of(status)["verdict_reason"]}'
     values = values_of(status)
     assert list(values) == [
-        'q_tot', 'q_mean', 'overlap', 'radius', 'voxel_size', 'iterations', 'status', 'reason',
-        'milliseconds',
+        'q_tot', 'q_mean', 'overlap', 'overlap_source', 'overlap_target', 'radius', 'voxel_size',
+        'iterations', 'status', 'reason', 'milliseconds',
         'verdict', 'verdict_reason', 'p_aligned', 'free_motions', 'basin', 'swap_gap',
         'sigma_xyz_m', 'sigma_xyz_rad',
         'reading_ms', 'preparing_ms', 'registering_ms', 'judging_ms',

@@ -208,7 +208,8 @@ def test_diagnostics_say_in_strings_what_came_out(pair):
     refined = Refiner().refine(pair)
     values = refinement_values(refined, dropped=3)
     assert list(values) == [
-        *('q_tot', 'q_mean', 'overlap', 'radius', 'voxel_size'),
+        *('q_tot', 'q_mean', 'overlap', 'overlap_source', 'overlap_target'),
+        *('radius', 'voxel_size'),
         *('iterations', 'status', 'reason', 'milliseconds'),
         *('verdict', 'verdict_reason', 'p_aligned', 'free_motions', 'basin', 'swap_gap'),
         *('sigma_xyz_m', 'sigma_xyz_rad'),

@@ -89,12 +89,6 @@ def search_radius(target: CloudLike, source: CloudLike, a: float = 1.0) -> float
     return weighted_radius(checked_positive('a', a), as_cloud(target), as_cloud(source))
 
 
-def overlap_of(reach_target: Floats, reach_source: Floats) -> tuple[int, float]:
-    """Return how many points have a neighbour in the other cloud, and their fraction of all."""
-    within = int(np.count_nonzero(reach_target) + np.count_nonzero(reach_source))
-    return within, within / (len(reach_target) + len(reach_source))
-
-
 def checked_positive(name: str, value: Any) -> float:
     """Return a number above 0 as a float.
 

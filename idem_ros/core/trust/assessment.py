@@ -9,6 +9,7 @@ from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.noise import quantile, share_of_sheets
+from idem_ros.core.metric.overlap import Overlap
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.newton import Termination, newton_step
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair
@@ -48,7 +49,7 @@ class Agreement(NamedTuple):
     q: Floats  # (N + M,): q_i (Eq. 7) of the target's and of the source's points
     reach: Floats  # (N + M,): points of the other cloud in reach
     meeting: int  # points of a cloud that have one, at the least
-    overlap: float  # share of all points that have one
+    overlap: Overlap  # shares of points that have one
 
 
 def assess(
@@ -72,7 +73,7 @@ def assess(
     cost, T = descent.cost, descent.solution.transform
     assert cost is not None, 'a pose is judged by its cost'
     balls, trust = cost.balls, pair.trust
-    if agreement.overlap == 0.0:
+    if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
     pulls, stiffness = by_region(cost, T, observability)
     covariance = covariance_of(cost, T, observability, pulls, stiffness)
@@ -83,7 +84,7 @@ def assess(
         contrast=_least_contrast(balls, T, observability),
         step=_step(observability, pulls.sum(axis=0), stiffness.sum(axis=0)) / balls.radius,
         spread=float(np.sqrt(np.linalg.eigvalsh(firmness)[-1:].sum())) / balls.radius,
-        overlap=_overlap(pair, agreement),
+        overlap=agreement.overlap.most,
         way=way_between(descent.first or balls, T, T_guess),
     )
     lacking = _lacking(agreement, balls, observability, trust)
@@ -96,7 +97,7 @@ def assess(
         free=free,
         covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
-        **seen._replace(overlap=agreement.overlap)._asdict(),
+        **seen._replace(overlap=agreement.overlap.share)._asdict(),
     )
     if pair.config.mode != 'audit':
         return said
@@ -165,18 +166,12 @@ def _along_held(covariance: Matrix6, observability: Observability) -> Floats:
     return along
 
 
-def _overlap(pair: Pair, agreement: Agreement) -> float:
-    """Return the share of points that meet the other cloud, of that of which more do."""
-    sides = np.split(agreement.reach, [len(pair.target)])
-    return max(np.count_nonzero(side) / max(len(side), 1) for side in sides)
-
-
 def _lacking(
     agreement: Agreement, balls: Balls, observability: Observability, trust: TrustTuning
 ) -> tuple[Verdict, str, bool] | None:
     """Return verdict, reason, whether a free motion says more; None where the clouds can tell."""
-    if agreement.overlap < trust.least_overlap:
-        share = f'{agreement.overlap:.1%} of the points have a neighbour in the other cloud'
+    if agreement.overlap.share < trust.least_overlap:
+        share = f'{agreement.overlap.share:.1%} of the points have a neighbour in the other cloud'
         return Verdict.LOW_OVERLAP, share, False
     if agreement.meeting < trust.least_meeting:
         few = (

@@ -54,6 +54,7 @@ def test_a_scan_finds_its_place_in_a_map_as_in_a_cloud(terrain, scan):
         assert result.converged
         assert degrees < 0.05
         assert distance < 0.03
+        assert result.overlap == result.overlap_source > 0.9
 
 
 @pytest.mark.parametrize('voxel_size', [None, 'auto', 0.7])
@@ -123,10 +124,13 @@ def test_a_scan_that_ends_far_from_its_guess_meets_what_is_there(terrain):
     rng = np.random.default_rng(5)
     points, truth = scan_at(HERE, 100.0, rng)
     turned = truth @ se3.exp(np.array([0.0, 0.0, np.radians(12.0), 0.0, 0.0, 0.0]))
+    near = register(MapCloud(terrain), points, truth, CONFIG)
     far = register(MapCloud(terrain), points, turned, CONFIG)
     degrees, distance = error_of(far.T_target_source, truth)
     assert degrees < 0.05
     assert distance < 0.05
+    assert far.overlap == pytest.approx(near.overlap, rel=1e-3)
+    assert far.assessment.basin > near.assessment.basin
 
 
 def test_a_scan_outside_the_map_is_separated_at_once(terrain, scan):
