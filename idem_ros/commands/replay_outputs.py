@@ -113,7 +113,7 @@ def _write_tum(file, replayed):
     def refinements():
         return (frame.refinement for frame in replayed.frames)
 
-    stamps = (each.stamp for each in refinements())
+    stamps = (each.instant for each in refinements())
     poses = (each.result.T_target_source for each in refinements())
     if replayed.sequence:
         stamps = chain([replayed.sequence.first_stamp], stamps)

@@ -4,7 +4,7 @@ import re
 from typing import Protocol
 
 from idem_ros.refinement.diagnostics import OK, headline, is_registered, level
-from idem_ros.refinement.refiner import Refinement
+from idem_ros.refinement.outcome import Refinement
 from idem_ros.terminal.printable import printable
 
 EVERY = 5.0  # [s] drops, losses and bad verdicts are said so often at most

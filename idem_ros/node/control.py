@@ -13,7 +13,7 @@ from idem_ros.core import IdemError
 from idem_ros.node.interface import SERVICES
 from idem_ros.node.messages import message_class
 from idem_ros.refinement.diagnostics import headline
-from idem_ros.refinement.refiner import Refinement
+from idem_ros.refinement.outcome import Refinement
 
 
 class Answer(NamedTuple):

@@ -27,10 +27,11 @@ from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.diagnostics import WARN
+from idem_ros.refinement.outcome import Refinement
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.q_tot_slice import slice_of
-from idem_ros.refinement.refiner import Refinement, Refiner
+from idem_ros.refinement.refiner import Refiner
 
 
 class LiveRegistration:

@@ -11,19 +11,19 @@ from std_msgs.msg import Float64
 
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.messages.building import Messages
+from idem_ros.refinement.outcome import Refinement
 from idem_ros.refinement.q_tot_slice import QTotSlice
-from idem_ros.refinement.refiner import Refinement
 
 UNKNOWN_VARIANCE = 1e6  # [m2] and [rad2]: a filter that takes it gives the pose no weight
 
 
 def transform_message(refinement: Refinement) -> TransformStamped:
-    """Return the refined pose: source frame in target frame, at the source cloud's stamp."""
+    """Return the refined pose: source frame in target frame, at the instant that it is of."""
     T, frames = (
         refinement.result.T_target_source,
         (refinement.target_frame, refinement.source_frame),
     )
-    return LIVE.transform(T, refinement.stamp, *frames)
+    return LIVE.transform(T, refinement.instant, *frames)
 
 
 def pose_message(refinement: Refinement, covariance: NDArray | None) -> PoseWithCovarianceStamped:
@@ -34,7 +34,7 @@ def pose_message(refinement: Refinement, covariance: NDArray | None) -> PoseWith
         covariance: see `covariance_field`.
     """
     message = PoseWithCovarianceStamped(
-        header=LIVE.header(refinement.stamp, refinement.target_frame)
+        header=LIVE.header(refinement.instant, refinement.target_frame)
     )
     pose = message.pose.pose
     pose.position, pose.orientation = LIVE.position(refinement.result.T_target_source, 'Point')
@@ -59,7 +59,7 @@ def grid_message(refinement: Refinement, slice_: QTotSlice) -> OccupancyGrid:
     low, high = float(slice_.q_tot.min()), float(slice_.q_tot.max())
     scaled = (slice_.q_tot - low) * (100.0 / (high - low) if high > low else 0.0)
     message = OccupancyGrid(data=array.array('b', np.rint(scaled).astype(np.int8).tobytes()))
-    message.header = LIVE.header(refinement.stamp, refinement.target_frame)
+    message.header = LIVE.header(refinement.instant, refinement.target_frame)
     message.info.map_load_time = message.header.stamp
     message.info.resolution = float(slice_.step)
     message.info.height, message.info.width = map(int, slice_.q_tot.shape)

@@ -16,8 +16,8 @@ from idem_ros.node.messages import (
 )
 from idem_ros.node.output_config import ALIGNED, OutputConfig
 from idem_ros.refinement.debug_clouds import aligned_points, points_with_q
+from idem_ros.refinement.outcome import Refinement
 from idem_ros.refinement.q_tot_slice import QTotSlice
-from idem_ros.refinement.refiner import Refinement
 
 RESULTS_KEPT = 10
 SAID_AGAIN = 60.0  # [s], on the console
@@ -97,7 +97,7 @@ class Outputs:
     def publish_debug(self, refinement: Refinement) -> None:
         """Make the clouds that somebody subscribes to, and publish them."""
         T, took_part = refinement.result.T_target_source, refinement.took_part
-        header = refinement.stamp, refinement.target_frame
+        header = refinement.instant, refinement.target_frame
         if self._is_wanted('aligned'):
             points = aligned_points(T, took_part.source)
             self._publishers['aligned'].publish(cloud_message(points, *header))

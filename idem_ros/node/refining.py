@@ -10,7 +10,8 @@ from idem_ros.node.control import Answer, answered
 from idem_ros.node.rates import Utilisation
 from idem_ros.node.worker import LatestOnlyWorker
 from idem_ros.pairing.pair import Pair, refined
-from idem_ros.refinement.refiner import Refinement, Refiner
+from idem_ros.refinement.outcome import Refinement
+from idem_ros.refinement.refiner import Refiner
 
 
 @dataclass

@@ -11,7 +11,7 @@ from idem_ros.node.messages import diagnostics_message
 from idem_ros.node.traffic import Load
 from idem_ros.refinement import diagnostics
 from idem_ros.refinement.diagnostics import ERROR, OK, STALE, WARN
-from idem_ros.refinement.refiner import Refinement
+from idem_ros.refinement.outcome import Refinement
 from idem_ros.terminal.printable import printable
 
 PERIOD = 1.0  # [s]

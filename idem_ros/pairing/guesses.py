@@ -1,16 +1,14 @@
 """Initial guesses: buffered by stamp, interpolated to a source's, refused where doubtful."""
 
-import math
-from bisect import bisect_left, insort
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
-from idem_ros.core.exceptions import IdemError
-from idem_ros.messages.stamps import NotYet, seconds
+from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
+from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
+from idem_ros.pairing.trail import Trail
 from idem_ros.parameters.fields import parameter, require_one_of, require_positive
 
 STREAMED = {
@@ -24,12 +22,7 @@ HEARD = {**STREAMED, 'initial_pose': POSE, 'last': STREAMED['transform']}
 FOLLOWING = ('initial_pose', 'last')  # start where such a pose says, go on from the last result
 TF = 'tf2_msgs/msg/TFMessage'
 GUESS_TYPES = (*STREAMED, 'tf', *FOLLOWING, 'identity')
-KEPT = 256
 WALL_CLOCK = 10**17  # [ns], three years: no simulation runs so long, no clock of today says so
-
-
-class DoubtfulGuess(IdemError):
-    """Guesses of which none says where a source is: too old, too far apart, of other frames."""
 
 
 @dataclass(frozen=True)
@@ -84,102 +77,8 @@ class Guess:
     """Tells starts apart: a result from before one is no guess for after."""
     is_timeless: bool = False
     """Whether it has stamp 0, and serves a source of any stamp."""
-
-
-class StampedPoses:
-    """The newest messages of a stream of poses, in the order of their stamps."""
-
-    def __init__(self, kept=KEPT):
-        self._kept = kept
-        self._stamps = []
-        self._messages = {}
-
-    def __len__(self):
-        return len(self._stamps)
-
-    def __contains__(self, stamp):
-        return stamp in self._messages
-
-    @property
-    def newest(self):
-        """The message with the latest stamp, of one at least."""
-        return self._messages[self._stamps[-1]]
-
-    def add(self, message):
-        """Keep a message; one of the same stamp gives way to it."""
-        stamp = stamp_ns(message)
-        if stamp not in self._messages:
-            insort(self._stamps, stamp)
-        self._messages[stamp] = message
-        if len(self._stamps) > self._kept:
-            del self._messages[self._stamps.pop(0)]
-
-    def forget_after(self, stamp):
-        """Forget what is later than a stamp [ns]."""
-        count = bisect_left(self._stamps, stamp + 1)
-        for late in self._stamps[count:]:
-            del self._messages[late]
-        del self._stamps[count:]
-
-    def around(self, stamp):
-        """Return the message of a stamp [ns], or the ones before and after it.
-
-        Returns:
-            List of one or two messages; a stamp before the first has that one only.
-
-        Raises:
-            NotYet: the stamp is after the newest.
-        """
-        if stamp in self._messages:
-            return [self._messages[stamp]]
-        i = bisect_left(self._stamps, stamp)
-        if not self._stamps:
-            raise NotYet('none has come')
-        if i == len(self._stamps):
-            age = seconds(stamp - self._stamps[-1])
-            raise NotYet(f'the newest is {age} older than the source')
-        return [self._messages[kept] for kept in self._stamps[max(i - 1, 0) : i + 1]]
-
-
-def pose_at(stamp, messages, config):
-    """Return the (4, 4) pose at a stamp [ns] from the one or two messages around it.
-
-    The pose of its own stamp is taken as it is; between two, the rotation is slerped and the
-    translation is linear; before the first one that one holds.
-
-    Raises:
-        DoubtfulGuess: they are farther from the stamp, or from each other, than `GuessConfig`
-            allows.
-        InvalidTransform: one of them is none.
-    """
-    stamps = [stamp_ns(message) for message in messages]
-    poses = [matrix_of(message) for message in messages]
-    if stamps == [stamp]:
-        return poses[0]
-    off = max(abs(kept - stamp) for kept in stamps)
-    if config.max_age is not None and off > config.max_age * 1e9:
-        raise DoubtfulGuess(
-            f'the nearest before or after the source is {seconds(off)} off; '
-            f'initial_guess.max_age is {config.max_age:g} s'
-        )
-    if len(poses) == 1:
-        return poses[0]
-    jump = math.dist(poses[0][:3, 3], poses[1][:3, 3])
-    if config.max_jump is not None and jump > config.max_jump:
-        raise DoubtfulGuess(
-            f'it jumps by {jump:.3g} m within the {seconds(stamps[1] - stamps[0])} around the '
-            f'source; initial_guess.max_jump is {config.max_jump:g} m'
-        )
-    return interpolated(*poses, (stamp - stamps[0]) / (stamps[1] - stamps[0]))
-
-
-def interpolated(first, second, fraction):
-    """Return the (4, 4) pose a fraction of the way from one to another, each at constant speed."""
-    rotations = Rotation.from_matrix([first[:3, :3], second[:3, :3]])
-    pose = np.eye(4)
-    pose[:3, :3] = Slerp([0.0, 1.0], rotations)(fraction).as_matrix()
-    pose[:3, 3] = (1.0 - fraction) * first[:3, 3] + fraction * second[:3, 3]
-    return pose
+    trail: Trail | None = None
+    """The guesses before and after it; None: it comes alone."""
 
 
 class StreamedGuesses:
@@ -235,7 +134,13 @@ class StreamedGuesses:
                     f'{child!r} in {parent!r}' for parent, child in map(frames_of, messages)
                 )
             )
-        return _guess_of(messages[0], pose_at(stamp, messages, config))
+        guess = _guess_of(messages[0], pose_at(stamp, messages, config))
+        return replace(guess, trail=self._trail(stamp, frames_of(messages[0])))
+
+    def _trail(self, stamp, frames):
+        near = self._poses.near(stamp)
+        stamps = tuple(each for each in near.stamps if frames_of(near[each]) == frames)
+        return Trail(stamps, lambda each: matrix_of(near[each]))
 
     def _around(self, stamp):
         try:

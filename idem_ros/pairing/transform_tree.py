@@ -1,6 +1,6 @@
 """A tree of frames from /tf and /tf_static: where one frame is in another at a stamp."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -8,7 +8,9 @@ from idem_ros.core.exceptions import IdemError, InvalidTransform
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.pairing.guesses import DoubtfulGuess, Guess, StampedPoses, pose_at
+from idem_ros.pairing.guesses import Guess
+from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
+from idem_ros.pairing.trail import WINDOW, Trail
 
 KEPT = 2048  # of each frame: ten seconds at 200 Hz
 
@@ -88,9 +90,25 @@ class TransformTree:
         if top is None:
             raise NotYet(self._not_connected(target, source), is_doubtful=True)
         up = of_source[: of_source.index(top)], of_target[: of_target.index(top)]
+        pose = self._pose(up, stamp, config)
+        return Guess(pose, target_frame, source_frame, trail=self._trail(up, stamp, config))
+
+    def _pose(self, up, stamp, config):
         T_top_source, T_top_target = (self._pose_along(way, stamp, config) for way in up)
-        pose = T_top_source if not up[1] else inverse(T_top_target) @ T_top_source
-        return Guess(pose, target_frame, source_frame)
+        return T_top_source if not up[1] else inverse(T_top_target) @ T_top_source
+
+    def _trail(self, up, stamp, config):
+        """Return the `Trail` of a frame by the transforms on both ways up, as they are now."""
+        near = TransformTree()
+        for frame in (*up[0], *up[1]):
+            edge = self._edges[frame]
+            near._edges[frame] = replace(edge, poses=edge.poses.near(stamp))
+        moving = [e.poses.stamps for e in near._edges.values() if e.static is None]
+        begin = max((each[0] for each in moving if each), default=stamp - WINDOW)
+        end = min((each[-1] for each in moving if each), default=stamp + WINDOW)
+        between = {each for stamps in moving for each in stamps if begin <= each <= end}
+        stamps = tuple(sorted(between | (set() if moving else {begin, end})))
+        return Trail(stamps, lambda each: near._pose(up, each, config))
 
     def _edge(self, transform):
         child, parent = _name(transform.child_frame_id), _name(transform.header.frame_id)

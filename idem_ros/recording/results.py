@@ -21,7 +21,7 @@ def result_messages(frames):
         log_time = max(free, frame.log_time)
         free = log_time + 2
         refinement = frame.refinement
-        result, stamp = refinement.result, refinement.stamp
+        result, stamp = refinement.result, refinement.instant
         yield (
             TRANSFORM_TOPIC,
             log_time,

@@ -6,6 +6,7 @@ import numpy as np
 
 from idem_ros.core import Status, Verdict
 from idem_ros.core.geometry.se3 import skew
+from idem_ros.refinement.motion_record import motion_values
 
 OK, WARN, ERROR, STALE = range(4)
 WRONG = (Verdict.MISALIGNED, Verdict.SEPARATED, Verdict.OUTSIDE_BASIN)
@@ -44,6 +45,7 @@ def refinement_values(refinement, dropped):
         'thinned': str(refinement.thinned),
         'dropped': str(dropped),
         **({'point_times': refinement.point_times} if refinement.point_times else {}),
+        **motion_values(refinement),
     }
 
 

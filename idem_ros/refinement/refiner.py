@@ -1,7 +1,6 @@
 """The one path from a pair of messages to a refined transform, for the node and for replay."""
 
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,74 +9,29 @@ from idem_ros.core import (
     Cloud,
     IdemError,
     RegistrationConfig,
-    RegistrationResult,
     Status,
     q_tot,
     register,
 )
+from idem_ros.core.geometry.undistortion import reference_time
 from idem_ros.pairing.targets import LEAST_POINTS, UnusableTarget
+from idem_ros.refinement.outcome import Refinement, StageTimes, TookPart
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.refinement.sweep_motion import Asked, SweepMotion
 from idem_ros.refinement.times_said import TimesSaid
-
-
-class StageTimes(NamedTuple):
-    """What the stages of a refinement took [ms]; a target that was kept costs nothing."""
-
-    reading: float = 0.0
-    preparing: float = 0.0
-    registering: float = 0.0
-    judging: float = 0.0
-
-
-class TookPart(NamedTuple):
-    """What a refinement is made of."""
-
-    target: Cloud
-    source: Cloud
-    config: RegistrationConfig
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """What became of one pair."""
-
-    stamp: int
-    """The source's [ns]."""
-    target_frame: str
-    source_frame: str
-    T_guess: NDArray
-    """(4, 4), source in target frame, as it was given."""
-    result: RegistrationResult
-    q_tot_before: float | None
-    """q_tot at the guess, at the radius of `result.q_tot` [nat]; None: not asked for."""
-    time_ms: float
-    """Reading the messages and registering; without `q_tot_before`."""
-    points_target: int
-    """Points that took part; so `points_source`."""
-    points_source: int
-    dropped_nonfinite: int
-    """Points left out of both clouds because they are not finite."""
-    dropped_zero: int
-    """Points left out of both clouds because they are exactly zero."""
-    cropped: int = 0
-    """Points left out of both clouds by the range limits and the crop box."""
-    thinned: int = 0
-    """Points left out of both clouds for `max_points`."""
-    times: StageTimes = StageTimes()
-    point_times: str = ''
-    """How the times of points were read, or why there are none; empty where that is no news."""
-    took_part: TookPart | None = field(default=None, repr=False, compare=False)
-    """None: the clouds were let go of."""
+from idem_ros.refinement.undoing import Undoing, undoing_of, undone
 
 
 class Idem:
     """What registers two clouds: IDEM. Others that a `Refiner` takes have the same methods."""
 
-    def register(self, target, source, T_guess, config):
+    solves_motion = True
+
+    def register(self, target, source, T_guess, config, twist=None):
         """Register two `Cloud`s, see `core.register`."""
-        return register(target, source, T_guess, config)
+        return register(target, source, T_guess, config, twist=twist)
 
     def judged(self, result, target, source, config):
         """Return a result with the figures of the metric in it, outside of the measured time."""
@@ -108,6 +62,8 @@ class Refiner:
         self._method = method or Idem()
         self._target_of = self._target = None
         self._last = None, None
+        self._undone_target = None, '', None
+        self._motion = SweepMotion()
         self.times_said = TimesSaid()
         preprocessing = preprocessing or PreprocessingConfig()
         self.configure(config or RegistrationConfig(), preprocessing, point_times)
@@ -133,13 +89,15 @@ class Refiner:
         T_guess = self._guess_of(pair, frames)
         target = self._prepared_target(pair.target, of_clouds)
         source = prepared('source', pair.source, *of_clouds)
+        step = self._motion.step_of(pair, target.cloud.times is not None)
+        asked = Asked(pair, T_guess, _lineage(pair, frames), step)
+        undoing = self._undoing(asked, source.cloud, config)
         preparing_ms = watch.lap()
         fresh = [each for each in (target, source) if each is not kept]
         refinement = registered(
             self._method,
-            (target.cloud, source.cloud),
-            T_guess,
-            config,
+            self._target_cloud(asked, target, undoing, config),
+            undoing,
             self._judge_guess,
             stamp=pair.stamp,
             target_frame=frames[0],
@@ -155,6 +113,7 @@ class Refiner:
             point_times=self.times_said.news(target=target.read.times, source=source.read.times),
         )
         self._last = self._last_after(pair, frames, refinement.result)
+        self._motion.keep(asked, undoing, refinement.result)
         _require_enough(refinement)
         return refinement
 
@@ -171,6 +130,25 @@ class Refiner:
             return self._last
         return _lineage(pair, frames), result.T_target_source
 
+    def _undoing(self, asked, source, config) -> Undoing:
+        def find(begin, end):
+            return self._motion.track(config.motion, asked, begin, end)
+
+        return undoing_of(source, asked.T_guess, config, find, self._method.solves_motion)
+
+    def _target_cloud(self, asked, target, undoing, config) -> Cloud:
+        """Return the cloud of a target; of a scan undone by what was found of its sweep."""
+        times, at = target.cloud.times, config.motion_reference
+        if config.motion == 'none' or times is None:
+            return target.cloud
+        of, reference, _ = self._undone_target
+        if of is not target or reference != at:
+            middle, reference = (reference_time(times, each) for each in ('middle', at))
+            track = self._motion.of_target(asked, middle, reference, undoing.track)
+            cloud = target.cloud if track is None else undone(target.cloud, track, reference)
+            self._undone_target = target, at, cloud
+        return self._undone_target[2]
+
     def _prepared_target(self, message, of_clouds) -> PreparedCloud:
         kept_of = self._target_of
         if not kept_of or message is not kept_of[0] or of_clouds != kept_of[1]:
@@ -182,25 +160,25 @@ class Refiner:
         return self._target
 
 
-def registered(method, clouds, T_guess, config, judge_guess=True, **known) -> Refinement:
-    """Register two clouds and judge what comes of it.
+def registered(method, target, undoing, judge_guess=True, **known) -> Refinement:
+    """Register a source to a target and judge what comes of it.
 
     Args:
         method: see `Idem`.
-        clouds: `Cloud`s of target and source.
-        T_guess: (4, 4), source in target frame.
-        config: `RegistrationConfig`.
+        target: `Cloud`.
+        undoing: `Undoing` of the source.
         judge_guess: whether q_tot is evaluated at the guess, too.
         known: of the other fields of a `Refinement`; `time_ms` and `times` of what was before.
     """
     watch = Stopwatch()
-    found = method.register(*clouds, T_guess, config)
+    clouds, T_guess = (target, undoing.source), undoing.T_guess
+    found = method.register(*clouds, T_guess, undoing.config, undoing.twist)
     registering_ms = watch.lap()
-    config = replace(config, voxel_size=found.voxel_size)  # what "auto" was
+    config = replace(undoing.config, voxel_size=found.voxel_size)  # what "auto" was
     result = method.judged(found, *clouds, config)
     before = q_tot_at(T_guess, *clouds, result.radius, config) if judge_guess else None
     times = known.pop('times', StageTimes())
-    return Refinement(
+    refinement = Refinement(
         T_guess=T_guess,
         result=result,
         q_tot_before=before,
@@ -209,6 +187,7 @@ def registered(method, clouds, T_guess, config, judge_guess=True, **known) -> Re
         took_part=TookPart(*clouds, config),
         **known,
     )
+    return undoing.told(refinement)
 
 
 def _require_enough(refinement):

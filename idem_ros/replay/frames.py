@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from idem_ros.pairing.pair import Refusal
 from idem_ros.recording.topics import Topics
-from idem_ros.refinement.refiner import Refinement
+from idem_ros.refinement.outcome import Refinement
 from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
 from idem_ros.replay.settings import IDEM
 

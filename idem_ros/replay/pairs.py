@@ -97,7 +97,9 @@ class Pairs:
         """Return (the truth of a `Refinement`, `Sequence` or None, notes) of a lane."""
 
         def truth_of(refinement):
-            return truths.at(refinement.stamp, refinement.target_frame, refinement.source_frame)
+            frames = refinement.target_frame, refinement.source_frame
+            truth = truths.at(refinement.stamp, *frames)
+            return None if truth is None else refinement.at_reference(truth)
 
         return truth_of, None, ()
 

@@ -85,7 +85,9 @@ class Peer:
         self._max_distance = max_distance
         self._matched = None
 
-    def register(self, target, source, T_target_source, config):
+    solves_motion = False
+
+    def register(self, target, source, T_target_source, config, twist=None):
         """Register as `core.register` does; q_tot, overlap and radius are for `judged` to say."""
         config = with_voxel_size(config, target, source)
         result = self._registered(target, source, T_target_source, config)

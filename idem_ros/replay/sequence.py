@@ -17,7 +17,10 @@ from idem_ros.pairing.pair import Refusal
 from idem_ros.recording.topics import Topics, find_topic
 from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
 from idem_ros.refinement.refiner import registered
+from idem_ros.refinement.sweep_motion import UnknownMotion
 from idem_ros.refinement.times_said import TimesSaid
+from idem_ros.refinement.track import Track, twist_of
+from idem_ros.refinement.undoing import undoing_of
 from idem_ros.replay.frames import Sequence
 from idem_ros.replay.peers import method_of
 from idem_ros.replay.recorded_truth import is_relative, truth_topic_of
@@ -137,7 +140,7 @@ class Scans:
 
         def truth_of(refinement):
             truth = truths.at(refinement.stamp, '', frame)
-            return None if truth is None else T_odom_map @ truth
+            return None if truth is None else refinement.at_reference(T_odom_map @ truth)
 
         notes = (note,) if note and self.topics.truth else ()
         return truth_of, Sequence(settings.sequence, stamp, errors), notes
@@ -148,7 +151,8 @@ class Scans:
         if self._first:
             poses[0], stamps[0] = np.eye(4), self._first[0]
         for i, (_, refinement) in enumerate(results, start=1):
-            poses[i], stamps[i] = refinement.result.T_target_source, refinement.stamp
+            poses[i] = refinement.at_stamp(refinement.result.T_target_source)
+            stamps[i] = refinement.stamp
         return Trajectory(poses, stamps)
 
     def left(self):
@@ -173,8 +177,7 @@ class Odometry:
         self.settings = settings
         self.method = method_of(settings)
         self._T_odom_last = np.eye(4)
-        self._step = np.eye(4)  # from the scan before the last one to the last one
-        self._stamps = deque(maxlen=2)
+        self._middles = deque(maxlen=2)  # (instant [ns], pose in odom): of a sweep its middle
         self._map = deque(maxlen=1 if settings.sequence == SCAN else SCANS_KEPT)
 
     def refine(self, scan):
@@ -183,24 +186,38 @@ class Odometry:
         Returns:
             `Refinement` of its pose in `odom`; None of the first.
         """
+        T_guess = self._guess(scan.stamp)
+        undoing = self._undoing(scan.cloud.cloud, T_guess)
         if not self._map:
-            self._go_on(scan, np.eye(4))
+            self._middles.append((scan.stamp + round(1e9 * undoing.middle), T_guess))
+            self._go_on(T_guess, scan.cloud.cloud)
             return None
-        T_guess = self._T_odom_last @ self._continued(scan.stamp)
-        refinement = self._registered(scan, T_guess)
-        T = refinement.result.T_target_source
-        self._step = inverse(self._T_odom_last) @ T
-        self._go_on(scan, T)
+        refinement = self._registered(scan, undoing)
+        T, (middle, T_middle) = (
+            refinement.result.T_target_source,
+            undoing.to_middle(refinement.result),
+        )
+        self._middles.append((scan.stamp + round(1e9 * middle), T @ T_middle))
+        self._go_on(T, refinement.took_part.source)
         return refinement
 
-    def _registered(self, scan, T_guess):
+    def _undoing(self, cloud, T_guess):
+        def find(begin, end):
+            if len(self._middles) < 2:
+                raise UnknownMotion('of two scans that tell the motion one came')
+            step, duration = self._step()
+            return Track.of_twist(twist_of(step, duration / 1e9))
+
+        return undoing_of(cloud, T_guess, self.settings.config, find, self.method.solves_motion)
+
+    def _registered(self, scan, undoing):
         watch = Stopwatch()
         target, T_odom_target = self._target()
+        T_guess = undoing.T_guess
         refinement = registered(
             self.method,
-            (target, scan.cloud.cloud),
-            inverse(T_odom_target) @ T_guess,
-            self.settings.config,
+            target,
+            replace(undoing, T_guess=inverse(T_odom_target) @ T_guess),
             stamp=scan.stamp,
             target_frame=ODOM,
             source_frame=scan.frame,
@@ -213,13 +230,11 @@ class Odometry:
         T = T_odom_target @ result.T_target_source if result.is_usable else T_guess
         return replace(refinement, T_guess=T_guess, result=replace(result, T_target_source=T))
 
-    def _go_on(self, scan, T_odom_scan):
+    def _go_on(self, T_odom_scan, cloud):
         self._T_odom_last = T_odom_scan
-        self._stamps.append(scan.stamp)
-        self._map.append(self._kept(scan, T_odom_scan))
+        self._map.append(self._kept(cloud, T_odom_scan))
 
-    def _kept(self, scan, T_odom_scan):
-        cloud = scan.cloud.cloud
+    def _kept(self, cloud, T_odom_scan):
         if self.settings.sequence == SCAN:
             return cloud
         size = with_voxel_size(self.settings.config, cloud, cloud).voxel_size
@@ -232,11 +247,16 @@ class Odometry:
             return self._map[0], self._T_odom_last
         return Cloud(np.concatenate(self._map)), np.eye(4)
 
-    def _continued(self, stamp):
-        if len(self._stamps) < 2:
-            return np.eye(4)
-        before, last = self._stamps
-        return continued(self._step, (stamp - last) / (last - before))
+    def _guess(self, stamp):
+        """Return where a scan of a stamp [ns] is, if the last motion goes on."""
+        if len(self._middles) < 2:
+            return self._T_odom_last
+        (last, T_last), (step, duration) = self._middles[-1], self._step()
+        return T_last @ continued(step, (stamp - last) / duration)
+
+    def _step(self):
+        (before, T_before), (last, T_last) = self._middles
+        return inverse(T_before) @ T_last, last - before
 
 
 def continued(step, ratio):

@@ -102,6 +102,12 @@ class Frame(_Record):
     cropped: Count = 0
     thinned: Count = 0
     covariance: Covariance = None
+    twist: SixNumbers = None
+    twist_covariance: Covariance = None
+    moved: Size = None
+    reference: Number = None
+    motion_flaw: str = ''
+    point_times: str = ''
     translation_error_m: Number = None
     translation_error_m_before: Number = None
     rotation_error_deg: Number = None

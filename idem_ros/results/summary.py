@@ -7,6 +7,7 @@ import numpy as np
 
 from idem_ros.recording.part import LOSSES
 from idem_ros.refinement.diagnostics import assessment_record, is_registered
+from idem_ros.refinement.motion_record import motion_record, motion_said
 from idem_ros.terminal.printable import printable
 from idem_ros.trajectory.comparison_table import report
 
@@ -139,7 +140,9 @@ def _frame_record(frame):
         'cropped': refinement.cropped,
         'thinned': refinement.thinned,
     }
-    record |= assessment_record(result.assessment)
+    record |= assessment_record(result.assessment) | motion_record(refinement)
+    if refinement.point_times:
+        record['point_times'] = refinement.point_times
     for key, attribute in ERRORS.items():
         record[key] = None if after is None else getattr(after, attribute)
         record[f'{key}_before'] = None if before is None else getattr(before, attribute)
@@ -217,6 +220,7 @@ def _counts(replayed, audit):
     for name, why in LEFT_OUT.items():
         if count := left_out[name]:
             yield f'points left out {why}: {count}'
+    yield from motion_said(frame.refinement for frame in replayed.frames)
     if replayed.refused:
         yield f'{len(replayed.refused)} refused:'
         reasons = Counter(refusal.reason for refusal in replayed.refused).most_common()

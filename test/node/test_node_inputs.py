@@ -21,7 +21,7 @@ from idem_ros.core.geometry.se3 import exp
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.node import subscriptions
 from idem_ros.node.messages import time_message
-from idem_ros.pairing.guesses import interpolated
+from idem_ros.pairing.stamped_poses import interpolated
 
 SECOND = 1000 * MS
 

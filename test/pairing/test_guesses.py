@@ -7,13 +7,11 @@ from idem_ros.core import InvalidConfig, InvalidTransform
 from idem_ros.core.geometry.se3 import exp
 from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import matrix_of
-from idem_ros.pairing.guesses import (
+from idem_ros.pairing.guesses import GuessConfig, IdentityGuess, StreamedGuesses
+from idem_ros.pairing.stamped_poses import (
     KEPT,
     DoubtfulGuess,
-    GuessConfig,
-    IdentityGuess,
     StampedPoses,
-    StreamedGuesses,
     interpolated,
     pose_at,
 )

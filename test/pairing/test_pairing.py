@@ -2,8 +2,8 @@ import pytest
 from pairs import LATER, LONG_AGO, cloud, guess, x_of
 from poses import transform as guess_message
 
-from idem_ros.pairing.guesses import KEPT as GUESSES_KEPT
 from idem_ros.pairing.pairing import SOURCES_KEPT, Pairing
+from idem_ros.pairing.stamped_poses import KEPT as GUESSES_KEPT
 
 
 @pytest.fixture

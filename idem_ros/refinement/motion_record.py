@@ -1,0 +1,56 @@
+"""What a result tells of the motion of its sweep, in numbers and in words."""
+
+import numpy as np
+
+
+def motion_record(refinement):
+    """Return the motion of a `Refinement` as what JSON holds; {} where none was to be undone."""
+    result = refinement.result
+    if result.motion_flaw:
+        return {'motion_flaw': result.motion_flaw}
+    if result.twist is None:
+        return {}
+    covariance = getattr(result, 'twist_covariance', None)
+    return {
+        'twist': result.twist.tolist(),
+        **({} if covariance is None else {'twist_covariance': covariance.tolist()}),
+        'moved': float(result.moved),
+        'reference': float(refinement.reference),
+    }
+
+
+def motion_values(refinement):
+    """Return the same as the {key: value} strings of diagnostics."""
+    record = motion_record(refinement)
+    if 'motion_flaw' in record:
+        return {'motion': 'none', 'motion_flaw': record['motion_flaw']}
+    if not record:
+        return {}
+    covariance = record.pop('twist_covariance', None)
+    values = {
+        'motion': 'undone',
+        'twist': ' '.join(f'{number:.6g}' for number in record['twist']),
+        'moved_m': f'{record["moved"]:.6g}',
+        'reference_s': f'{record["reference"]:.6g}',
+    }
+    if covariance is not None:
+        sigmas = np.sqrt(np.diag(covariance))
+        values['sigma_twist'] = ' '.join(f'{sigma:.3g}' for sigma in sigmas)
+    return values
+
+
+def motion_said(refinements):
+    """Yield in a line or a few what was undone in refinements; nothing where nothing was to be."""
+    moved, reasons = [], {}
+    for result in (each.result for each in refinements):
+        if result.twist is not None:
+            moved.append(result.moved)
+        if result.motion_flaw:
+            reasons.setdefault(result.motion_flaw, []).append(result)
+    if moved:
+        yield (
+            f'motion of the sweep undone: {len(moved)}; half of the points moved by '
+            f'{np.median(moved):.3g} m or more'
+        )
+    for reason, those in reasons.items():
+        yield f'motion of the sweep not undone: {len(those)}: {reason}'

@@ -1,0 +1,87 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from clouds import error_of
+from sweeps import (
+    FRAMES,
+    PERIOD,
+    START,
+    TWIST,
+    driven,
+    map_message,
+    sweep_message,
+)
+
+from idem_ros.core import RegistrationConfig
+from idem_ros.recording.messages import transform_message
+from idem_ros.recording.writer import write_mcap
+from idem_ros.replay.run import replay_each
+from idem_ros.replay.settings import Settings
+from idem_ros.results.summary import json_record, table
+
+CONFIG = RegistrationConfig(voxel_size=0.08)
+COUNT = 5
+
+
+def recorded(path, rng, timed=lambda k: True):
+    """A map, sweeps of a drive in it, a guess each 20 ms, the truth of each sweep."""
+    logged = [('/target', START, map_message(rng))]
+    for k in range(1, COUNT + 1):
+        stamp = START + k * PERIOD
+        sweep = sweep_message(rng, driven, stamp, timed=timed(k))
+        truth = transform_message(driven((stamp - START) / 1e9), stamp, *FRAMES)
+        logged += [('/source', stamp + PERIOD, sweep), ('/ground_truth', stamp, truth)]
+    for k in range((COUNT + 2) * 5):
+        stamp = START + k * PERIOD // 5
+        pose = driven((stamp - START) / 1e9)
+        logged.append(('/initial_guess', stamp, transform_message(pose, stamp, *FRAMES)))
+    write_mcap(path, sorted(logged, key=lambda each: each[1]))
+    return path
+
+
+@pytest.mark.parametrize('reference', ['stamp', 'middle'])
+def test_a_replay_undoes_the_motion_between_guesses_and_compares_with_the_truth(
+    tmp_path, rng, reference
+):
+    path = recorded(tmp_path / 'drive.mcap', rng)
+    config = replace(CONFIG, motion='guess', motion_reference=reference)
+    undone, as_it_is = (replay_each(path, [Settings(config=each)])[0] for each in (config, CONFIG))
+    errors = [
+        np.median([frame.error_after().translation_m for frame in each.frames])
+        for each in (undone, as_it_is)
+    ]
+    assert errors[0] < 0.003
+    assert errors[1] > 5 * errors[0]
+    record = json_record(undone)
+    frame = next(iter(record['frames']))
+    np.testing.assert_allclose(frame['twist'], TWIST, atol=1e-4)
+    assert frame['moved'] > 0.01
+    assert frame['reference'] == pytest.approx(0.05 if reference == 'middle' else 0.0, abs=1e-3)
+    assert 'field time (float32) in s' in frame['point_times']
+    assert f'motion of the sweep undone: {COUNT}' in table(undone)
+    assert any('field time (float32) in s' in note for note in undone.notes)
+    assert 'twist' not in json.dumps(list(json_record(as_it_is)['frames']))
+
+
+def test_clouds_without_times_among_others_are_registered_as_they_are(tmp_path, rng):
+    path = recorded(tmp_path / 'drive.mcap', rng, timed=lambda k: k != 3)
+    (replayed,) = replay_each(path, [Settings(config=replace(CONFIG, motion='guess'))])
+    flaws = [frame.refinement.result.motion_flaw for frame in replayed.frames]
+    assert [bool(flaw) for flaw in flaws] == [k == 3 for k in range(1, COUNT + 1)]
+    assert 'motion of the sweep not undone: 1: the source has no times' in table(replayed)
+    assert any('it has no field of times; taken as none' in note for note in replayed.notes)
+
+
+@pytest.mark.parametrize('sequence', ['scan', 'submap'])
+def test_a_sequence_undoes_each_scan_by_the_motion_before(tmp_path, rng, sequence):
+    path = recorded(tmp_path / 'drive.mcap', rng)
+    settings = Settings(config=replace(CONFIG, motion='last'), sequence=sequence)
+    (undone,) = replay_each(path, [settings], source_topic='/source')
+    flaws = [frame.refinement.result.motion_flaw for frame in undone.frames]
+    assert [bool(flaw) for flaw in flaws] == [True] + [False] * (COUNT - 2)
+    last = undone.frames[-1].refinement.result
+    np.testing.assert_allclose(last.twist, TWIST, atol=0.15)
+    poses = [undone.frames[k].refinement.result.T_target_source for k in (-2, -1)]
+    assert error_of(np.linalg.solve(*poses), driven(PERIOD / 1e9))[1] < 0.01

@@ -1,0 +1,48 @@
+"""Clouds of a sensor that moves while it measures, with the time of each point."""
+
+import numpy as np
+from clouds import surface
+
+from idem_ros.core.geometry import se3
+from idem_ros.recording.messages import cloud_message
+
+TWIST = np.array([1.5, -0.5, 0.2, 0.3, -0.2, 1.5])  # x y z rx ry rz a second
+SWEEP = 0.1
+START = 10**9
+PERIOD = 10**8  # [ns] from sweep to sweep
+FRAMES = 'map', 'lidar'
+
+
+def driven(seconds):
+    """The pose of a sensor that moves by `TWIST`, so many seconds after the start."""
+    return se3.exp(TWIST[[3, 4, 5, 0, 1, 2]] * seconds)
+
+
+def uneven(seconds):
+    """The pose of one that speeds up, swings and turns, so that no twist is that of a sweep."""
+    pose = driven(0.3 * seconds + 0.1 * np.sin(8.0 * seconds))
+    pose[1, 3] += 0.15 * np.sin(25.0 * seconds)
+    return pose
+
+
+def points_of_sweep(rng, path, stamp, begin=0.0, duration=SWEEP, count=2500):
+    """Points of the surface as the sensor saw them on its path, and their times [s]."""
+    world = surface(rng, count, 0.003)
+    times = begin + duration * np.sort(rng.random(count))
+    after_start = (stamp - START) / 1e9 + times
+    seen = [
+        se3.transform_points(se3.inverse(path(t)), p)
+        for t, p in zip(after_start, world, strict=True)
+    ]
+    return np.array(seen), times
+
+
+def sweep_message(rng, path, stamp, frame=FRAMES[1], timed=True, **sweep):
+    """A PointCloud2 of a sweep; without `timed` nobody says when its points were measured."""
+    points, times = points_of_sweep(rng, path, stamp, **sweep)
+    columns = {'time': times} if timed else None
+    return cloud_message(points, stamp, frame, columns=columns)
+
+
+def map_message(rng, count=6000):
+    return cloud_message(surface(rng, count, 0.003), START, FRAMES[0])
