@@ -14,7 +14,7 @@ LENGTH_SCALES = ('radius', 'none')
 FREE_MOTIONS = ('guess', 'solve')
 ASSESSMENTS = ('none', 'verdict', 'swap')
 MODES = ('refine', 'audit')
-MOTIONS = ('none', 'guess', 'last')
+MOTIONS = ('none', 'guess', 'last', 'solve')
 MOTION_REFERENCES = ('stamp', 'begin', 'middle', 'end')
 AUTO = 'auto'
 # Beyond these a value is a typing error, or asks for hours: no cloud is registered better by it.
@@ -103,8 +103,8 @@ class RegistrationConfig:
     motion: str = _parameter(
         'none',
         'what is undone of the motion during the sweep of a source whose points have times: '
-        '"none" (it stood still), "guess" (as neighbouring guesses have it) or "last" (as the '
-        'last two usable results have it)',
+        '"none" (it stood still), "guess" (as neighbouring guesses have it), "last" (as the last '
+        'two usable results have it) or "solve" (found with the pose, from either as a start)',
         choices=MOTIONS,
     )
     motion_reference: str = _parameter(

@@ -28,7 +28,7 @@ from idem_ros.core.maps.target import (
 from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.result import RegistrationResult, agreement_at, result_at, with_motion
+from idem_ros.core.result import RegistrationResult, agreement_at, result_at
 from idem_ros.core.solve.descent import Descent, not_begun
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
@@ -86,8 +86,7 @@ def register(
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     target, source = _clouds(target, source, config)
     sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
-    result = _registered(target, sweep, T, config, tuning, trust, workers)
-    return with_motion(result, sweep)
+    return _registered(target, sweep, T, config, tuning, trust, workers)
 
 
 def _registered(
@@ -112,6 +111,7 @@ def _registered(
     if not pair.stages:
         status = Status.TOO_FEW_POINTS if pair.is_small else Status.DEGENERATE
         return _unsolved(T, status, config, too_little(*pair.clouds))
+    pair = pair.swept_as(sweep)
     T_guess = between_origins(near, source, T)
     descent, observability = _refined(pair, T_guess)  # stages, coarse to fine
     pair, descent, observability = _followed(target, source, pair, descent, observability)
@@ -155,7 +155,7 @@ def _followed(
             break
         if not again.stages:
             break
-        later, observability = _refined(again, T)
+        later, observability = _refined(again.swept_as(pair.sweep, descent.sweep), T)
         steps = descent.iterations + later.iterations
         pair, first = again, descent.first or later.first
         descent = later._replace(first=first, iterations=steps)
@@ -172,9 +172,8 @@ def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | N
         follow = stay if pair.config.mode == 'audit' else descend
         descent = follow(pair, T_guess)
         if descent.cost is not None:
-            observability = observability_of(
-                descent.cost, descent.solution.transform, pair.wider_balls()
-            )
+            wider = pair.moved_by(descent.sweep).wider_balls()
+            observability = observability_of(descent.cost, descent.solution.transform, wider)
             if _must_leave_free(pair.config, observability):
                 descent = descend(pair, T_guess, observability.held)
     except OutOfTime:
@@ -201,6 +200,7 @@ def _judged(
 
     given: the two `Cloud`s as they were given.
     """
+    pair = pair.moved_by(descent.sweep)
     cost, T = descent.cost or pair.cost(pair.stages[-1]), descent.solution.transform
     cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
     if observability is None:

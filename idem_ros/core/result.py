@@ -1,6 +1,6 @@
 """What a registration returns: the pose, how it came about, what is observable, a verdict."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -103,6 +103,7 @@ def result_at(
     solution, origin = descent.solution, pair.target.origin
     assert descent.cost is not None, 'a result has the radius of its cost'
     meeting = int(np.count_nonzero(agreement.reach))
+    sweep = descent.sweep or Sweep(pair.source)
     return RegistrationResult(
         T_target_source=from_origins(pair.target, pair.source, solution.transform),
         status=_status(solution, agreement, observability),
@@ -119,13 +120,9 @@ def result_at(
         termination=solution.termination,
         confidence=descent.confidence,
         voxel_size=size_found(pair.config),
-    )
-
-
-def with_motion(result: RegistrationResult, sweep: Sweep) -> RegistrationResult:
-    """Return a result that tells what motion of the source's sensor was undone."""
-    return replace(
-        result, twist=sweep.twist_of_frame(), moved=sweep.moved(), motion_flaw=sweep.flaw
+        twist=sweep.twist_of_frame(),
+        moved=sweep.distance(),
+        motion_flaw=sweep.flaw,
     )
 
 

@@ -4,6 +4,7 @@ from idem_ros.core.arrays import Transform, Twists
 from idem_ros.core.blocks import OutOfTime
 from idem_ros.core.retry import Try, next_try
 from idem_ros.core.solve.descent import Descent, not_begun
+from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose
 from idem_ros.core.solve.newton import Criteria, Solution, Termination, minimize
 from idem_ros.core.solve.pair import Pair, Stage, wider_stage
 from idem_ros.core.trust.basin import FIRST, LAST, confidence
@@ -13,7 +14,7 @@ def stay(pair: Pair, T: Transform) -> Descent:
     """Return the `Descent` that leads nowhere: at T itself, with the last stage's cost."""
     cost = pair.cost(pair.stages[-1])
     matrix = cost.linearize(T).matrix
-    return Descent(Solution(T, matrix, 0, Termination.NOT_STARTED, 0), cost)
+    return Descent(Solution(T, matrix, 0, Termination.NOT_STARTED, 0), cost, sweep=pair.sweep)
 
 
 def minimum_beside(descent: Descent, pair: Pair, motions: Twists) -> Descent:
@@ -36,7 +37,7 @@ def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:
     Once a coarse stage has ended in a deep valley, every other of those left is left out: the
     basin of the last one is reached without.
     """
-    descent, rest = not_begun(T), pair.stages
+    descent, rest = not_begun(T, pair.sweep), pair.stages
     try:
         if len(rest) > 1:
             descent, rest = _first_stage(pair, descent, motions), rest[1:]
@@ -72,10 +73,28 @@ def _first_stage(pair: Pair, start: Descent, motions: Twists | None) -> Descent:
 
 def _through(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None) -> Descent:
     """Minimise one stage from where a `Descent` ended; return where it has led."""
+    if descent.sweep is not None and descent.sweep.is_solved:
+        return _through_moving(pair, stage, descent, motions)
     cost = pair.cost(stage)
     solution = minimize(cost, descent.solution.transform, _criteria(pair, stage), motions)
     steps = descent.iterations + solution.iterations
     return descent._replace(solution=solution, cost=cost, iterations=steps)
+
+
+def _through_moving(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None) -> Descent:
+    """Minimise a stage over the poses at the sweep's begin and end; return where it has led."""
+    assert descent.sweep is not None, 'the source moves'
+    moving = MovingCost(pair, stage, descent.sweep)
+    start = descent.sweep.poses(descent.solution.transform)
+    both = None if motions is None else of_each_pose(motions)
+    solution = minimize(moving, start, _criteria(pair, stage), both)
+    cost, T, sweep = moving.at(solution.transform)
+    steps = descent.iterations + solution.iterations
+    matrix = of_common_twist(solution.matrix)
+    solution = solution._replace(transform=T, matrix=matrix)
+    return descent._replace(
+        solution=solution, cost=cost, iterations=steps, moving=moving, sweep=sweep
+    )
 
 
 def _criteria(pair: Pair, stage: Stage) -> Criteria:

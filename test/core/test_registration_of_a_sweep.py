@@ -2,7 +2,14 @@ import numpy as np
 import pytest
 from clouds import error_of, motion, surface
 
-from idem_ros.core import Cloud, InvalidCloud, InvalidConfig, RegistrationConfig, register
+from idem_ros.core import (
+    Cloud,
+    InvalidCloud,
+    InvalidConfig,
+    RegistrationConfig,
+    Status,
+    register,
+)
 from idem_ros.core import undistort as undone
 from idem_ros.core.geometry import se3
 
@@ -125,3 +132,83 @@ def test_voxels_carry_the_mean_time_of_their_points(rng):
     for mean, time in zip(reduced.points, reduced.times, strict=True):
         inside = (voxel == np.floor((mean - low) / 0.7)).all(axis=1)
         assert time == pytest.approx(times[inside].mean(), rel=1e-12)
+
+
+def test_the_twist_is_found_with_the_pose_from_no_motion_at_all(sweep, rng):
+    target, points, times, truth = sweep
+    config = RegistrationConfig(voxel_size=0.08, motion='solve')
+    start = truth @ motion(rng, 3, 0.05)
+    result = register(target, Cloud(points, times), start, config)
+    degrees, distance = error_of(result.T_target_source, truth)
+    assert degrees < 0.5
+    assert distance < 0.01
+    assert np.abs(result.twist - TWIST).max() < 0.15
+    error = result.twist - TWIST
+    spread = result.assessment.twist_covariance
+    assert error @ np.linalg.solve(spread, error) < 22.5  # 0.1 % of six degrees of freedom
+    assert result.is_usable
+
+
+@pytest.mark.parametrize(
+    ('reference', 'time'), [('stamp', 0.0), ('middle', (BEGIN + END) / 2), ('end', END)]
+)
+def test_the_solved_pose_is_that_at_the_reference(sweep, reference, time):
+    target, points, times, truth = sweep
+    T_there = truth @ se3.exp(time * TWIST[[3, 4, 5, 0, 1, 2]])
+    config = RegistrationConfig(voxel_size=0.08, motion='solve', motion_reference=reference)
+    result = register(target, Cloud(points, times), T_there, config, twist=0.9 * TWIST)
+    degrees, distance = error_of(result.T_target_source, T_there)
+    assert degrees < 0.5
+    assert distance < 0.01
+
+
+def test_the_middle_of_a_sweep_is_known_better_than_its_ends(sweep):
+    target, points, times, truth = sweep
+    spread = {}
+    for reference in ('begin', 'middle', 'end'):
+        config = RegistrationConfig(voxel_size=0.08, motion='solve', motion_reference=reference)
+        result = register(target, Cloud(points, times), truth, config, twist=TWIST)
+        spread[reference] = np.trace(result.assessment.covariance)
+    assert spread['middle'] < min(spread['begin'], spread['end'])
+
+
+def test_a_source_that_stood_still_is_found_to(sweep, rng):
+    target, _, times, truth = sweep
+    still = se3.transform_points(se3.inverse(truth), surface(rng, len(times), 0.003))
+    points, times = swept(rng, still, np.zeros(6))
+    config = RegistrationConfig(voxel_size=0.08, motion='solve')
+    result = register(target, Cloud(points, times), truth, config)
+    assert np.abs(result.twist).max() < 0.15
+    assert error_of(result.T_target_source, truth)[1] < 0.01
+
+
+def test_the_result_is_the_same_for_any_number_of_threads(sweep):
+    target, points, times, truth = sweep
+    alone, shared = (
+        register(
+            target,
+            Cloud(points, times),
+            truth,
+            RegistrationConfig(voxel_size=0.08, motion='solve', threads=threads),
+        )
+        for threads in (1, 3)
+    )
+    assert np.array_equal(alone.T_target_source, shared.T_target_source)
+    assert np.array_equal(alone.twist, shared.twist)
+    assert np.array_equal(alone.assessment.covariance, shared.assessment.covariance)
+
+
+@pytest.mark.parametrize('motion_', ['none', 'guess', 'last', 'solve'])
+def test_an_audit_moves_neither_the_pose_nor_the_twist(sweep, motion_):
+    target, points, times, truth = sweep
+    config = RegistrationConfig(voxel_size=0.08, mode='audit', motion=motion_)
+    twist = None if motion_ == 'none' else TWIST
+    result = register(target, Cloud(points, times), truth, config, twist=twist)
+    assert result.T_target_source == pytest.approx(truth, abs=1e-12)
+    assert twist is None or np.allclose(result.twist, TWIST, atol=1e-12)
+
+
+def test_a_budget_that_is_spent_ends_a_solve_of_motion_too(sweep):
+    target, points, times, truth = sweep
+    config = RegistrationConfig(voxel_size=0.08, motion='solve', budget_ms=1e-3)
+    assert register(target, Cloud(points, times), truth, config).status is Status.LATE

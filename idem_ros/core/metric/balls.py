@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Indices, Side, Sides, Transform, Transforms
+from idem_ros.core.arrays import Floats, Indices, Points, Side, Sides, Transform, Transforms
 from idem_ros.core.blocks import ALONE, Workers, in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.candidates import (
@@ -41,6 +41,7 @@ class Balls:
     ) -> None:
         self.radius, self.r2, self.workers = radius, radius * radius * TIE, workers
         self.target, self.source = neighbourhoods([target, source], radius, workers)
+        self._shifted = 0.0  # the farthest that a point was moved by `shift_source`
         self._pairs: CandidatePairs | None = None
         self._sides_of: CandidatePairs | None = None
         self._sides: Sides | None = None
@@ -50,9 +51,21 @@ class Balls:
         """Target and source."""
         return self.target, self.source
 
+    def shift_source(self, points: Points, farthest: float) -> None:
+        """Move the source's points to (M, 3) in the grid's order, each by its own way.
+
+        The cells that they are looked up in, and their balls' own moments, stay as they are.
+
+        farthest: that any is from where it was in the beginning; less than a fifth of the skin.
+        """
+        self.source = self.source._replace(grid=self.source.grid._replace(points=points))
+        self._shifted, self._sides_of = max(self._shifted, farthest), None
+
     def pairs(self, T_target_source: Transform) -> CandidatePairs:
         """Return the `CandidatePairs` near a transform, enumerated again where it has moved."""
-        if self._pairs is None or not still_hold(self._pairs, T_target_source, SKIN * self.radius):
+        # of a shift: one for the cells, one at the enumeration, one now
+        skin = SKIN * self.radius - 3.0 * self._shifted
+        if self._pairs is None or not still_hold(self._pairs, T_target_source, skin):
             reach = self.radius * TIE + SKIN * self.radius
             grids = self.target.grid, self.source.grid
             self._pairs = candidate_pairs(*grids, T_target_source, reach, self.workers)

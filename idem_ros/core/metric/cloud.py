@@ -196,8 +196,7 @@ class Cloud:
     def reduced(self, voxel_size: float) -> Cloud:
         """Return the cloud of voxel means, in this frame and with this origin; computed once.
 
-        Each mean has the weight and the scatter of the points that it stands for, and their
-        mean time.
+        Each mean has weight, scatter and mean time of the points that it stands for.
         """
         return self._kept.get('reduced', voxel_size, lambda: self._reduced(voxel_size))
 

@@ -7,7 +7,9 @@ import numpy as np
 from idem_ros.core.arrays import Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.moving import MovingCost
 from idem_ros.core.solve.newton import Solution, Termination
+from idem_ros.core.solve.sweep import Sweep
 
 
 class Descent(NamedTuple):
@@ -18,8 +20,10 @@ class Descent(NamedTuple):
     first: Balls | None = None  # of the first stage; None: there was one stage only
     iterations: int = 0  # over all stages
     confidence: float = np.nan  # that coarse stages ended in the right valley; nan: there are none
+    moving: MovingCost | None = None  # of the latest stage, where the source's motion is solved
+    sweep: Sweep | None = None  # there
 
 
-def not_begun(T: Transform) -> Descent:
-    """Return the `Descent` through no stage: at T."""
-    return Descent(Solution(T, np.zeros((6, 6)), 0, Termination.NOT_STARTED, 0))
+def not_begun(T: Transform, sweep: Sweep | None = None) -> Descent:
+    """Return the `Descent` through no stage: at T, with a `Sweep` whose motion is solved, too."""
+    return Descent(Solution(T, np.zeros((6, 6)), 0, Termination.NOT_STARTED, 0), sweep=sweep)

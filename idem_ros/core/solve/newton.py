@@ -1,4 +1,4 @@
-"""Iterate on SE(3): linearise, solve, accept, terminate; for any cost."""
+"""Iterate on SE(3), or on several poses: linearise, solve, accept, terminate; for any cost."""
 
 from enum import Enum
 from math import hypot
@@ -34,7 +34,10 @@ class Cost(Protocol):
     """What is minimised."""
 
     def linearize(self, transform: Transform, /) -> tuple[Twist, Matrix6]:
-        """Return gradient and matrix at a transform, for a twist (omega, v) on its left."""
+        """Return gradient and matrix at a transform, for a twist (omega, v) on its left.
+
+        Of several poses (K, 4, 4): (6 K,) and (6 K, 6 K), for a twist on the left of each.
+        """
         ...
 
 
@@ -50,7 +53,7 @@ class Criteria(NamedTuple):
 class Solution(NamedTuple):
     """Where the iteration ended."""
 
-    transform: Transform
+    transform: Transform  # or the poses
     matrix: Matrix6  # Gauss-Newton matrix there, twist (omega, v)
     iterations: int
     termination: Termination
@@ -74,35 +77,49 @@ def minimize(
 
     Args:
         cost: a `Cost`.
-        transform: (4, 4) start.
+        transform: (4, 4) start; or (K, 4, 4), where the cost is one of several poses.
         criteria: `Criteria`.
-        motions: (6, k) twists that steps are made of; None: any.
+        motions: (6, k) twists that steps are made of, or (6 K, k); None: any.
     """
     relaxation, last = FIRST_RELAXATION, None
-    matrix, iteration, loose = np.zeros((6, 6)), 0, 0
+    size = 6 * (transform.size // 16)
+    matrix, iteration, loose = np.zeros((size, size)), 0, 0
     try:
         for iteration in range(1, criteria.max_iterations + 1):
             gradient, matrix = cost.linearize(transform)
             step, loose = _step(matrix, gradient, motions)
             left = decrement(gradient, step)
             if last is not None and not accept(left, last.left, relaxation):
-                relaxation, transform = 1.0, se3.exp(last.step) @ last.transform
+                relaxation, transform = 1.0, moved(last.transform, last.step)
                 continue
             if last is not None:
                 secant = _secant(relaxation, last.step, step, matrix)
                 relaxation = secant if iteration <= PATIENCE else min(secant, relaxation)
             last = _Move(transform, step, left)
-            transform = se3.exp(relaxation * step) @ transform
-            settled = step if iteration <= PATIENCE else relaxation * step
-            if hypot(*settled[:3]) <= criteria.rotation and (
-                hypot(*settled[3:]) <= criteria.translation
-            ):
+            transform = moved(transform, relaxation * step)
+            if _is_short(step if iteration <= PATIENCE else relaxation * step, criteria):
                 return Solution(transform, matrix, iteration, Termination.CONVERGED, loose)
             if criteria.workers.are_late():
                 raise OutOfTime
     except OutOfTime:
         return Solution(transform, matrix, iteration, Termination.LATE, loose)
     return Solution(transform, matrix, iteration, Termination.MAX_ITERATIONS, loose)
+
+
+def moved(transform: Transform, step: Twist) -> Transform:
+    """Return a pose after a step (6,) on its left; or (K, 4, 4) poses after one (6 K,) of each."""
+    if transform.ndim == 2:
+        return se3.exp(step) @ transform
+    steps = step.reshape(-1, 6)
+    return np.array([se3.exp(twist) @ T for twist, T in zip(steps, transform, strict=True)])
+
+
+def _is_short(step: Twist, criteria: Criteria) -> bool:
+    return all(
+        hypot(*step[k : k + 3]) <= criteria.rotation
+        and hypot(*step[k + 3 : k + 6]) <= criteria.translation
+        for k in range(0, len(step), 6)
+    )
 
 
 class _Move(NamedTuple):

@@ -19,6 +19,7 @@ from idem_ros.core.metric.radii import last_radius, rounded, wide_radius, widest
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.cost import JointEntropy, NormalBalance
+from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 
 FINE = 0.25  # of the radius: voxels of a crowded cloud
@@ -55,6 +56,7 @@ class Pair(NamedTuple):
     tuning: SolverTuning
     trust: TrustTuning
     workers: Workers
+    sweep: Sweep | None = None  # in which the source was measured; None: as the sensor stood still
 
     @property
     def is_small(self) -> bool:
@@ -68,7 +70,20 @@ class Pair(NamedTuple):
 
     def swapped(self) -> Pair:
         """Return the pair with target and source exchanged."""
-        return self._replace(target=self.source, source=self.target)
+        return self._replace(target=self.source, source=self.target, sweep=None)
+
+    def swept_as(self, sweep: Sweep | None, found: Sweep | None = None) -> Pair:
+        """Return the pair with the `Sweep` its source was undone of; found: how far solved."""
+        if sweep is None:
+            return self
+        sweep = sweep.of_undone(self.source)
+        return self._replace(sweep=sweep._replace(twist=found.twist) if found else sweep)
+
+    def moved_by(self, sweep: Sweep | None) -> Pair:
+        """Return the pair with the source as it lies by a sweep whose motion was solved."""
+        if sweep is None or not sweep.is_solved:
+            return self
+        return self._replace(source=sweep.undone(), sweep=sweep)
 
     def balls(self, stage: Stage) -> Balls:
         """Return the `Balls` of a stage, on voxels as coarse as it is wide."""

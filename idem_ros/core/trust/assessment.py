@@ -18,6 +18,7 @@ from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.contrast import contrast_along
 from idem_ros.core.trust.covariance import by_region, covariance_of, of_model
+from idem_ros.core.trust.moving_covariance import covariances_of_sweep
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, to_pose
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
@@ -76,8 +77,7 @@ def assess(
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
     pulls, stiffness = by_region(cost, T, observability)
-    covariance = covariance_of(cost, T, observability, pulls, stiffness)
-    covariance *= trust.jumps if pair.sampling.jumps else 1.0
+    covariance, of_twist = _covariances(pair, descent, observability, pulls, stiffness)
     firmness = _along_held(covariance, observability)
     seen = _Seen(
         discord=_discord(agreement),
@@ -97,6 +97,7 @@ def assess(
         free=free,
         covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
+        twist_covariance=of_twist,
         **seen._replace(overlap=agreement.overlap.share)._asdict(),
     )
     if pair.config.mode != 'audit':
@@ -106,6 +107,19 @@ def assess(
     held = pose_covariance(observability.held @ firmness @ observability.held.T, position)
     said = replace(said, step=float(moved))
     return audited(said, to_pose(position) @ off, held + more, pair.config.audit_tolerance)
+
+
+def _covariances(
+    pair: Pair, descent: Descent, observability: Observability, pulls: Floats, stiffness: Floats
+) -> tuple[Matrix6, Matrix6 | None]:
+    """Return the covariance of the pose, and that of the twist, where it was solved, too."""
+    cost, T = descent.cost, descent.solution.transform
+    assert cost is not None, 'a pose is judged by its cost'
+    jumps = pair.trust.jumps if pair.sampling.jumps else 1.0
+    if descent.moving is None:
+        return jumps * covariance_of(cost, T, observability, pulls, stiffness), None
+    of_pose, of_twist = covariances_of_sweep(descent.moving, cost, T, observability)
+    return jumps * of_pose, jumps * of_twist
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:

@@ -16,6 +16,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import CandidatePairs
 from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.groups import in_turn
 from idem_ros.core.solve.linearization import SUMS, linearize, of_both
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
 from idem_ros.core.trust.observability import Observability
@@ -34,12 +35,20 @@ def by_region(
     cost: JointEntropy, T_target_source: Transform, observability: Observability
 ) -> tuple[Floats, Floats]:
     """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions, x fastest."""
+    here, there = regions_of(cost, T_target_source, observability)
+    turns = in_turn(here, PERIOD**3), in_turn(there, PERIOD**3)
+    return linearized(cost, T_target_source, turns, (here, there), PERIOD**3)
+
+
+def regions_of(
+    cost: JointEntropy, T_target_source: Transform, observability: Observability
+) -> tuple[Integers, Integers]:
+    """Return which region each of the target's centres is in, and each of the source's."""
     balls = cost.balls
     edge = max(REGION * observability.lever_arm, LEAST_REGION * balls.radius)
     here = _region_of(balls.target.grid.points, np.eye(4), edge)
     there = _region_of(balls.source.grid.points, np.ascontiguousarray(T_target_source), edge)
-    in_turn = _in_turn(here), _in_turn(there)
-    return _linearized(cost, T_target_source, in_turn, (here, there), PERIOD**3)
+    return here, there
 
 
 def covariance_of(
@@ -58,12 +67,10 @@ def covariance_of(
             1 rad: more would leak into what is held, for the axes are not known exactly.
         pulls, stiffness: `by_region` there.
     """
-    held, free = _firm_and_loose(observability, stiffness.sum(axis=0))
-    part, axes = _curvature(cost, T_target_source, held, observability)
-    # In these motions the whole stiffness, and then the curvature, are the identity.
-    firm = held @ axes
-    roots = firm / np.sqrt(part)
-    scatter = _scatter(pulls, stiffness, firm, roots)
+    held, free = firm_and_loose(observability.held, stiffness.sum(axis=0))
+    free = np.concatenate([observability.free, free], axis=1)
+    firm, roots = curved(cost, T_target_source, held, observability)
+    scatter = scatter_of(pulls, stiffness, firm, roots)
     units = observability.held
     floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
     return scatter + floor + observability.lever_arm**2 * free @ free.T
@@ -75,21 +82,34 @@ def of_model(error: tuple[float, ...]) -> Matrix6:
     return np.diag(np.repeat([length, np.radians(degrees)], 3) ** 2)
 
 
-def _scatter(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
-    """Return the jackknife's (6, 6): the sum over regions of how far the rest would move."""
+def curved(
+    cost: JointEntropy, T_target_source: Transform, held: Twists, observability: Observability
+) -> tuple[Twists, Twists]:
+    """Return motions (6, k) in which the whole stiffness is the identity, and the curvature is.
+
+    held: (6, k) motions of unit stiffness.
+    """
+    part, axes = _curvature(cost, T_target_source, held, observability)
+    firm = held @ axes
+    return firm, firm / np.sqrt(part)
+
+
+def scatter_of(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
+    """Return the jackknife's (n, n): the sum over regions of how far the rest would move."""
     some = stiffness[:, 3, 3] > 0.0
     rest = np.eye(firm.shape[1]) - LEVERAGE * (firm.T @ stiffness[some] @ firm)
     moves = np.linalg.solve(rest, (pulls[some] @ roots)[:, :, None])[:, :, 0] @ roots.T
     return moves.T @ moves
 
 
-def _firm_and_loose(observability: Observability, matrix: Matrix6) -> tuple[Twists, Twists]:
-    """Return motions (6, k) of unit stiffness, and the others: those free, and without any."""
-    held = observability.held
+def firm_and_loose(held: Twists, matrix: Floats) -> tuple[Twists, Twists]:
+    """Return motions (n, k) of unit stiffness, of those held, and those without any.
+
+    matrix: (n, n) stiffness.
+    """
     stiffness, axes = np.linalg.eigh(held.T @ matrix @ held)
     firm = stiffness > LEAST_STIFFNESS * stiffness.max(initial=0.0)
-    loose = np.concatenate([observability.free, held @ axes[:, ~firm]], axis=1)
-    return held @ axes[:, firm] / np.sqrt(stiffness[firm]), loose
+    return held @ axes[:, firm] / np.sqrt(stiffness[firm]), held @ axes[:, ~firm]
 
 
 def _curvature(
@@ -108,7 +128,7 @@ def _curvature(
     some = tuple(np.arange(0, size, stride) for size in sizes)
     nobody = tuple(np.zeros(size, np.int64) for size in sizes)
     places = [T, *(se3.exp(move) @ T for move in (steps * held).T)]
-    found = [_linearized(cost, at, some, nobody, 1, pairs) for at in places]
+    found = [linearized(cost, at, some, nobody, 1, pairs) for at in places]
     pulls = np.concatenate([pull for pull, _ in found])
     stiffness: Matrix6 = found[0][1][0]
     change: Floats = (pulls[1:] - pulls[:1]) / steps[:, None]
@@ -124,7 +144,7 @@ def _symmetric(matrix: NDArray[np.floating[Any]]) -> Floats:
     return (matrix + matrix.T) / 2
 
 
-def _linearized(
+def linearized(
     cost: JointEntropy,
     T: Transform,
     chosen: Sequence[Indices],
@@ -154,17 +174,3 @@ def _region_of(points: Points, T: Transform, edge: float) -> Integers:
             number = PERIOD * number + (np.int64(np.floor(place * of_edge)) & (PERIOD - 1))
         region[i] = number
     return region
-
-
-@kernel
-def _in_turn(region: Integers) -> Integers:
-    """Return the indices of centres, one region's after another's."""
-    start, order = np.zeros(PERIOD**3 + 1, np.int64), np.empty(region.shape[0], np.int64)
-    for g in region:
-        start[g + 1] += 1
-    for g in range(PERIOD**3):
-        start[g + 1] += start[g]
-    for i in range(region.shape[0]):
-        order[start[region[i]]] = i
-        start[region[i]] += 1
-    return order

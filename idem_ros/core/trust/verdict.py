@@ -49,3 +49,5 @@ class Assessment:
     # how far from it the registration of target to source ends, as the surfaces move, in the
     # clouds' unit; nan: not asked for
     swap_gap: float = np.nan
+    # (6, 6), x y z rx ry rz: of the result's twist; None: it was not solved
+    twist_covariance: Matrix6 | None = None

@@ -1,0 +1,88 @@
+"""How far the pose and the twist of a source may be from the truth whose motion was solved.
+
+The jackknife of `covariance` over the poses at the sweep's begin and end: each region's pulls on
+the two, by the times of its points.
+"""
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Matrix6, Transform
+from idem_ros.core.geometry import se3
+from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.groups import in_turn
+from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose, of_two_poses
+from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
+from idem_ros.core.trust.covariance import (
+    FLOOR,
+    PERIOD,
+    curved,
+    firm_and_loose,
+    linearized,
+    regions_of,
+    scatter_of,
+)
+from idem_ros.core.trust.observability import Observability
+
+TIMES = 8  # parts of the sweep that a region's points are told apart by
+
+
+def covariances_of_sweep(
+    moving: MovingCost, cost: JointEntropy, T: Transform, observability: Observability
+) -> tuple[Matrix6, Matrix6]:
+    """Return the (6, 6) covariances of the pose and of the twist.
+
+    Of a twist (omega, v) on the left of the pose at the reference, and of the sweep's twist,
+    x y z rx ry rz of the source frame, a second.
+
+    Args:
+        moving: of the last stage, where it ended.
+        cost: of the source as it lies there.
+        T: (4, 4) the pose at the reference, between the clouds' origins.
+        observability: there; what it leaves free is free in both poses.
+    """
+    both = _of_two_poses(moving, cost, T, observability)
+    at = moving.sweep.fraction
+    share = np.kron([1.0 - at, at], np.eye(6))
+    return share @ both @ share.T, _of_twist(both, moving.sweep, T)
+
+
+def _of_two_poses(
+    moving: MovingCost, cost: JointEntropy, T: Transform, observability: Observability
+) -> Floats:
+    """Return the (12, 12) covariance of twists (omega, v) on the left of the two poses."""
+    pulls, stiffness = _by_region(moving, cost, T, observability)
+    of_one, _ = firm_and_loose(observability.held, of_common_twist(stiffness.sum(axis=0)))
+    firm, roots = curved(cost, T, of_one, observability)
+    softer = of_each_pose(roots @ np.linalg.pinv(firm))
+    units = of_each_pose(observability.held)
+    held, loose = firm_and_loose(units, stiffness.sum(axis=0))
+    loose = np.concatenate([of_each_pose(observability.free), loose], axis=1)
+    scatter = scatter_of(pulls, stiffness, held, softer @ held)
+    floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
+    return scatter + floor + observability.lever_arm**2 * loose @ loose.T
+
+
+def _by_region(
+    moving: MovingCost, cost: JointEntropy, T: Transform, observability: Observability
+) -> tuple[Floats, Floats]:
+    """Return gradients (G, 12) and Gauss-Newton matrices (G, 12, 12) of the regions."""
+    groups = [
+        TIMES * region + time
+        for region, time in zip(
+            regions_of(cost, T, observability), moving.times_of_centres(T, TIMES), strict=True
+        )
+    ]
+    count = TIMES * PERIOD**3
+    turns = [in_turn(group, count) for group in groups]
+    pulls, stiffness = linearized(cost, T, turns, groups, count)
+    pulls, stiffness = pulls.reshape(-1, TIMES, 6), stiffness.reshape(-1, TIMES, 6, 6)
+    some = stiffness.any(axis=(1, 2, 3))
+    middles = (np.arange(TIMES) + 0.5) / TIMES
+    return of_two_poses(pulls[some], stiffness[some], middles)
+
+
+def _of_twist(covariance: Floats, sweep: Sweep, T: Transform) -> Matrix6:
+    """Return the (6, 6) covariance of a sweep's twist, x y z rx ry rz of the source frame."""
+    to_frame = se3.adjoint(se3.translation(sweep.measured.origin)) @ se3.adjoint(se3.inverse(T))
+    share = np.kron([-1.0, 1.0], to_frame) / (sweep.end - sweep.begin)
+    return (share @ covariance @ share.T)[np.ix_(ROS_ORDER, ROS_ORDER)]
