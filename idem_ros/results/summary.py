@@ -1,17 +1,21 @@
-"""A replay in numbers: records for JSON, and a table to read."""
+"""A replay in numbers: records for JSON, and a table to read; both are of the frames' records."""
 
+from array import array
 from collections import Counter
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
+from idem_ros.core import Status, Verdict
 from idem_ros.recording.part import LOSSES
-from idem_ros.refinement.diagnostics import assessment_record, is_registered
+from idem_ros.refinement.diagnostics import assessment_record
 from idem_ros.refinement.motion_record import motion_record, motion_said
 from idem_ros.terminal.printable import printable
 from idem_ros.trajectory.comparison_table import report
 
 ERRORS = {'translation_error_m': 'translation_m', 'rotation_error_deg': 'rotation_deg'}
+BEFORE_AND_AFTER = ('q_tot', *ERRORS)
+NUMBERS = ('time_ms', *BEFORE_AND_AFTER, *(f'{name}_before' for name in BEFORE_AND_AFTER))
 LEFT_OUT = {
     'dropped_nonfinite': 'because they are not finite',
     'dropped_zero': 'because they are exactly zero',
@@ -37,7 +41,7 @@ def json_record(replayed, made_by=None):
         'bag': replayed.path,
         'method': replayed.method,
         **({} if made_by is None else {'made_by': made_by}),
-        'frames': map(_frame_record, replayed.frames),
+        'frames': map(frame_record, replayed.frames),
         'summary': summary(replayed),
         'notes': list(replayed.notes),
         **({} if sequence is None else {'sequence': asdict(sequence)}),
@@ -46,24 +50,27 @@ def json_record(replayed, made_by=None):
 
 def summary(replayed):
     """Return median and 90th percentile of the errors and of q_tot, and the milliseconds."""
-    numbers = _numbers(replayed.frames)
-    result = {
+    return _summed_up(replayed, _tally_of(replayed.frames))
+
+
+def _summed_up(replayed, tally):
+    return {
         'frames': len(replayed.frames),
         'refused': len(replayed.refused),
         'dropped': replayed.dropped,
         'unpaired': replayed.unpaired,
         'interrupted': replayed.interrupted,
         **{name: replayed.lost.get(name, 0) for name in LOSSES},
-        'time_ms': _percentiles(numbers[0], median=50, p95=95),
+        'time_ms': _percentiles(tally.numbers['time_ms'], median=50, p95=95),
+        'voxel_sizes': dict(tally.voxel_sizes.most_common()),
+        **{
+            name: {
+                when: _percentiles(tally.numbers[each], median=50, p90=90)
+                for when, each in (('before', f'{name}_before'), ('after', name))
+            }
+            for name in BEFORE_AND_AFTER
+        },
     }
-    result['voxel_sizes'] = _voxel_sizes(replayed.frames)
-    for i, key in enumerate(('q_tot', *ERRORS)):
-        before, after = numbers[2 * i + 1 : 2 * i + 3]
-        result[key] = {
-            'before': _percentiles(before, median=50, p90=90),
-            'after': _percentiles(after, median=50, p90=90),
-        }
-    return result
 
 
 def table(replayed, audit=False):
@@ -73,8 +80,8 @@ def table(replayed, audit=False):
         replayed: `Replay`.
         audit: whether the guesses were judged and nothing moved: then before is after.
     """
-    numbers = summary(replayed)
-    topics = replayed.topics
+    tally, topics = _tally_of(replayed.frames), replayed.topics
+    numbers = _summed_up(replayed, tally)
     lines = [
         printable(
             f'{replayed.path}: target {topics.target}, source {topics.source}, '
@@ -88,7 +95,7 @@ def table(replayed, audit=False):
         lines.append(_row('translation error [m]', numbers['translation_error_m'], columns))
         lines.append(_row('rotation error [deg]', numbers['rotation_error_deg'], columns))
     lines.append(_row('q_tot [nat]', numbers['q_tot'], columns))
-    lines += _voxels(replayed.frames)
+    lines += _voxels(tally.voxel_sizes)
     median, p95 = map(_number, numbers['time_ms'].values())
     lines.append(f'{"milliseconds":24}{"" if audit else " " * 24}{median}{p95} (p95)')
     if replayed.sequence and replayed.sequence.errors:
@@ -97,7 +104,7 @@ def table(replayed, audit=False):
             'the trajectory, begun on the truth:',
             report(replayed.sequence.errors).rstrip(),
         ]
-    return '\n'.join([*lines, '', *map(printable, _counts(replayed, audit))])
+    return '\n'.join([*lines, '', *map(printable, _counts(replayed, tally, audit))])
 
 
 def why_nothing(replayed):
@@ -112,7 +119,8 @@ def why_nothing(replayed):
     return f'no source of {replayed.path} could be refined: {"; ".join(reasons) or "it has none"}'
 
 
-def _frame_record(frame):
+def frame_record(frame):
+    """Return a `Frame` as JSON holds it, see `result_schema.Frame`; None where unknown."""
     refinement, result = frame.refinement, frame.refinement.result
     before, after = frame.error_before(), frame.error_after()
     record = {
@@ -149,19 +157,47 @@ def _frame_record(frame):
     return record
 
 
-def _numbers(frames):
-    """Return milliseconds, q_tot and each error before and after, (7, N); nan: unknown."""
-    numbers = np.full((3 + 2 * len(ERRORS), len(frames)), np.nan)
-    for i, frame in enumerate(frames):
-        refinement = frame.refinement
-        numbers[:3, i] = refinement.time_ms, refinement.q_tot_before, refinement.result.q_tot
-        if frame.truth is not None:
-            both = frame.error_before(), frame.error_after()
-            numbers[3:, i] = [getattr(each, name) for name in ERRORS.values() for each in both]
-    return numbers
+@dataclass
+class _Tally:
+    """What records of frames come to; seven numbers of each are kept."""
+
+    numbers: dict[str, array] = field(
+        default_factory=lambda: {name: array('d') for name in NUMBERS}
+    )
+    voxel_sizes: Counter = field(default_factory=Counter)
+    """{edge [m] in words: how many frames}."""
+    registered: Counter = field(default_factory=Counter)
+    """How what is registered ended; so `others`, the rest."""
+    others: Counter = field(default_factory=Counter)
+    verdicts: Counter = field(default_factory=Counter)
+    left_out: Counter = field(default_factory=Counter)
+    """Points, by why."""
+
+    def add(self, record):
+        for name, values in self.numbers.items():
+            value = record[name]
+            values.append(np.nan if value is None else value)
+        size, status, verdict = (record.get(name) for name in ('voxel_size', 'status', 'verdict'))
+        self.voxel_sizes['points as given' if size is None else f'{size:.4g} m'] += 1
+        converged = status == Status.CONVERGED.value
+        if converged if verdict is None else verdict == Verdict.ALIGNED.value:
+            self.registered[status] += 1
+        else:  # what converged and is not aligned: in a wrong place, or too little to judge
+            self.others[verdict if converged else status] += 1
+        if verdict is not None:
+            self.verdicts[verdict] += 1
+        self.left_out.update({name: record[name] for name in LEFT_OUT})
+
+
+def _tally_of(frames):
+    tally = _Tally()
+    for frame in frames:
+        tally.add(frame_record(frame))
+    return tally
 
 
 def _percentiles(values, **percentiles):
+    values = np.asarray(values)
     known = values[np.isfinite(values)]
     return {
         name: float(np.percentile(known, percent)) if len(known) else None
@@ -190,35 +226,26 @@ def _number(value):
     return f'{"-":>12}' if value is None else f'{value:12.4g}'
 
 
-def _voxel_sizes(frames):
-    """Return {edge [m] in words: how many frames}, the most frequent first."""
-    sizes = Counter(frame.refinement.result.voxel_size for frame in frames)
-    return {
-        'points as given' if size is None else f'{size:.4g} m': count
-        for size, count in sizes.most_common()
-    }
-
-
-def _voxels(frames):
+def _voxels(sizes):
     """Say the edge of the voxels; of several how many frames had each."""
-    sizes = _voxel_sizes(frames)
-    said = [each if len(sizes) == 1 else f'{each} ({count})' for each, count in sizes.items()]
+    said = [
+        each if len(sizes) == 1 else f'{each} ({count})' for each, count in sizes.most_common()
+    ]
     return [f'{"voxels":24}    {", ".join(said)}'] if said else []
 
 
-def _counts(replayed, audit):
+def _counts(replayed, tally, audit):
     """Say what became of every source, so that nothing is left out in silence."""
-    registered, others, verdicts, left_out = _tallies(replayed.frames)
     if audit:
-        yield _counted('judged, none moved', registered + others)
+        yield _counted('judged, none moved', tally.registered + tally.others)
     else:
-        yield _counted('registered', registered)
-        if others:
-            yield _counted('not registered', others)
-    if verdicts:
-        yield f'verdicts: {_listed(verdicts)}'
+        yield _counted('registered', tally.registered)
+        if tally.others:
+            yield _counted('not registered', tally.others)
+    if tally.verdicts:
+        yield f'verdicts: {_listed(tally.verdicts)}'
     for name, why in LEFT_OUT.items():
-        if count := left_out[name]:
+        if count := tally.left_out[name]:
             yield f'points left out {why}: {count}'
     yield from motion_said(frame.refinement for frame in replayed.frames)
     if replayed.refused:
@@ -240,18 +267,3 @@ def _counted(what, statuses):
 
 def _listed(counts):
     return ', '.join(f'{count} {name}' for name, count in counts.most_common())
-
-
-def _tallies(frames):
-    """Return how what is registered ended, and the rest, verdicts, points left out."""
-    registered, others, verdicts, left_out = Counter(), Counter(), Counter(), Counter()
-    for refinement in (frame.refinement for frame in frames):
-        result = refinement.result
-        if is_registered(result):
-            registered[result.status.value] += 1
-        else:  # what converged and is not aligned: in a wrong place, or too little to judge
-            others[(result.assessment.verdict if result.converged else result.status).value] += 1
-        if result.assessment:
-            verdicts[result.assessment.verdict.value] += 1
-        left_out.update({name: getattr(refinement, name) for name in LEFT_OUT})
-    return registered, others, verdicts, left_out

@@ -6,6 +6,7 @@ from replayed import changed, write_replayed
 
 from idem_ros.commands.main import main
 from idem_ros.results.result_file import UnreadableResult, read_result
+from idem_ros.results.result_schema import Frame
 
 WRONG = [None, True, -1, 1e300, 'x\x00y', [], {}, [[]], {'a': 1}, 2**62]
 
@@ -43,6 +44,11 @@ def replaced(record, place, value):
         inner = inner[key]
     inner[place[-1]] = value
     return record
+
+
+def test_all_that_a_replay_says_of_a_frame_has_a_type_and_a_range(result):
+    for frame in json.loads(result.read_text())['frames']:
+        assert frame.keys() <= Frame.model_fields.keys()
 
 
 @pytest.mark.parametrize('value', WRONG, ids=str)
