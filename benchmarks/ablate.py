@@ -1,10 +1,8 @@
 """What each tuned number is worth: all is run again with its neutral value, on unseen cases."""
 
 from collections import defaultdict
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import starmap
-from multiprocessing import get_context
 from time import thread_time
 from typing import NamedTuple
 from zlib import crc32
@@ -17,6 +15,7 @@ from benchmarks.unseen import STARTS, Unseen
 from idem_ros.core import RegistrationConfig, register, warm_up
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning, tuned_numbers
 from idem_ros.core.trust.verdict import Verdict
+from idem_ros.evaluation.worker_pool import worker_pool
 
 AS_TUNED = ''
 
@@ -80,7 +79,7 @@ def ablate(cases, chosen, jobs=1, progress=lambda steps, total: steps):
         outcomes = starmap(_measured, tasks)
         _collect(runs, progress(outcomes, len(tasks)))
     else:
-        with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+        with worker_pool(jobs) as pool:
             _collect(runs, progress(pool.map(_measured, *zip(*tasks, strict=True)), len(tasks)))
     return [
         Compared(number, group, level, tuple(runs[AS_TUNED, group, level]), tuple(of))

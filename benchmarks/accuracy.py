@@ -1,9 +1,7 @@
 """Run every method from every start of every row, each peer at its best setting."""
 
 from collections import defaultdict
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +9,7 @@ import numpy as np
 from benchmarks.case import LEVELS, displacement, errors, starts, succeeded
 from benchmarks.methods import IDEM, PEERS, Setting, idem_solver, peer_solvers
 from idem_ros.core import warm_up
+from idem_ros.evaluation.worker_pool import worker_pool
 
 TRIAL = 4  # starts of one case after which only the best of a peer's settings goes on
 
@@ -95,7 +94,7 @@ def measure_rows(rows, settings, config, jobs=1, progress=lambda outcomes, total
         for outcome in progress(map(measure_case, tasks), len(tasks)):
             outcomes[outcome.row].append(outcome)
     else:
-        with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+        with worker_pool(jobs) as pool:
             for outcome in progress(pool.map(measure_case, tasks), len(tasks)):
                 outcomes[outcome.row].append(outcome)
     return [_row_result(row, outcomes[number]) for number, row in enumerate(rows)]

@@ -1,9 +1,7 @@
 """Run every trial of trust and hold what it shows against the figures to reach."""
 
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -30,6 +28,7 @@ from idem_ros.core.solve.pair import prepare
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.stages import descend
 from idem_ros.core.trust.basin import gauge
+from idem_ros.evaluation.worker_pool import worker_pool
 
 JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # cases of a kind
 QUICK = 12  # times fewer
@@ -61,7 +60,7 @@ def measure(config, quick=False, jobs=1, progress=lambda steps, total=None: step
         partial(freedom, name, seed) for name in BARE_SCENES for seed in range(count['bare'])
     ]
     found = {judged_poses: [], spread: [], ways: [], freedom: []}
-    with ProcessPoolExecutor(jobs, mp_context=get_context('spawn')) as pool:
+    with worker_pool(jobs) as pool:
         done = pool.map(_call, tasks)
         for task, outcome in zip(tasks, progress(done, len(tasks)), strict=True):
             found[task.func] += outcome if isinstance(outcome, list) else [outcome]

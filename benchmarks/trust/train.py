@@ -1,8 +1,6 @@
 """Train what judges results: the verdict's model, and the confidence of coarse stages."""
 
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import get_context
 
 from benchmarks.trust.fit import fitted, fitted_confidence, left_out
 from benchmarks.trust.poses import NUMBERS, judged_poses
@@ -10,6 +8,7 @@ from benchmarks.trust.scenes import real, simulated
 from benchmarks.trust.ways import ways
 from idem_ros.core.trust.basin import FIRST, LAST
 from idem_ros.core.trust.verdict_model import WEIGHTS
+from idem_ros.evaluation.worker_pool import worker_pool
 from idem_ros.experiments.experiment import write_csv, write_page
 from idem_ros.terminal.markdown import table
 
@@ -26,7 +25,7 @@ def run(context):
     tasks = [partial(judged_poses, kind, build) for kind, build in builders + measured]
     tasks += [partial(ways, kind, build) for kind, build in builders]
     tasks += [partial(ways, kind, build, ALONE) for kind, build in builders]
-    with ProcessPoolExecutor(context.threads, mp_context=get_context('spawn')) as pool:
+    with worker_pool(context.threads) as pool:
         steps = context.progress(pool.map(_call, tasks), total=len(tasks), desc='verdict')
         outcomes = list(steps)
     n, m = len(builders + measured), len(builders)

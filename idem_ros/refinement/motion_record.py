@@ -39,18 +39,17 @@ def motion_values(refinement):
     return values
 
 
-def motion_said(refinements):
-    """Yield in a line or a few what was undone in refinements; nothing where nothing was to be."""
-    moved, reasons = [], {}
-    for result in (each.result for each in refinements):
-        if result.twist is not None:
-            moved.append(result.moved)
-        if result.motion_flaw:
-            reasons.setdefault(result.motion_flaw, []).append(result)
+def motion_said(moved, flaws):
+    """Yield in a line or a few what was undone in refinements; nothing where nothing was to be.
+
+    Args:
+        moved: how far half of the points moved [m], of each in which it was undone.
+        flaws: {why it was not: in how many}.
+    """
     if moved:
         yield (
             f'motion of the sweep undone: {len(moved)}; half of the points moved by '
             f'{np.median(moved):.3g} m or more'
         )
-    for reason, those in reasons.items():
-        yield f'motion of the sweep not undone: {len(those)}: {reason}'
+    for reason, count in flaws.items():
+        yield f'motion of the sweep not undone: {count}: {reason}'

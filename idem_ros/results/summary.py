@@ -172,6 +172,9 @@ class _Tally:
     verdicts: Counter = field(default_factory=Counter)
     left_out: Counter = field(default_factory=Counter)
     """Points, by why."""
+    moved: array = field(default_factory=lambda: array('d'))
+    """See `motion_said`; so `motion_flaws`."""
+    motion_flaws: Counter = field(default_factory=Counter)
 
     def add(self, record):
         for name, values in self.numbers.items():
@@ -187,6 +190,10 @@ class _Tally:
         if verdict is not None:
             self.verdicts[verdict] += 1
         self.left_out.update({name: record[name] for name in LEFT_OUT})
+        if 'moved' in record:
+            self.moved.append(record['moved'])
+        if 'motion_flaw' in record:
+            self.motion_flaws[record['motion_flaw']] += 1
 
 
 def _tally_of(frames):
@@ -247,7 +254,7 @@ def _counts(replayed, tally, audit):
     for name, why in LEFT_OUT.items():
         if count := tally.left_out[name]:
             yield f'points left out {why}: {count}'
-    yield from motion_said(frame.refinement for frame in replayed.frames)
+    yield from motion_said(tally.moved, tally.motion_flaws)
     if replayed.refused:
         yield f'{len(replayed.refused)} refused:'
         reasons = Counter(refusal.reason for refusal in replayed.refused).most_common()
