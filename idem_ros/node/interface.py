@@ -67,6 +67,12 @@ OUTPUTS = {
         'the points of the source that took part, in the target frame; made while somebody '
         'subscribes',
     ),
+    'undistorted': Topic(
+        '~/undistorted',
+        'sensor_msgs/msg/PointCloud2',
+        'the points of the source that took part, in its own frame at motion_reference, with the '
+        'motion of the sweep undone; made while somebody subscribes, where it is undone',
+    ),
     'q_points': Topic(
         '~/debug/q_points',
         'sensor_msgs/msg/PointCloud2',

@@ -15,7 +15,7 @@ from idem_ros.node.messages import (
     transform_message,
 )
 from idem_ros.node.output_config import ALIGNED, OutputConfig
-from idem_ros.refinement.debug_clouds import aligned_points, points_with_q
+from idem_ros.refinement.debug_clouds import aligned_points, points_of, points_with_q
 from idem_ros.refinement.outcome import Refinement
 from idem_ros.refinement.q_tot_slice import QTotSlice
 
@@ -101,6 +101,10 @@ class Outputs:
         if self._is_wanted('aligned'):
             points = aligned_points(T, took_part.source)
             self._publishers['aligned'].publish(cloud_message(points, *header))
+        if self._is_wanted('undistorted') and refinement.result.twist is not None:
+            points, frame = points_of(took_part.source), refinement.source_frame
+            message = cloud_message(points, refinement.instant, frame)
+            self._publishers['undistorted'].publish(message)
         if self._is_wanted('q_points'):
             points, q, cloud = points_with_q(refinement.result, *took_part)
             message = cloud_message(points, *header, columns={'q_i': q, 'cloud': cloud})

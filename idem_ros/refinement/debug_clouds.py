@@ -6,9 +6,14 @@ from idem_ros.core import q_per_point
 from idem_ros.core.geometry.se3 import transform_points
 
 
+def points_of(cloud):
+    """Return the points (N, 3) of a `Cloud` in its own frame."""
+    return cloud.points + cloud.origin
+
+
 def aligned_points(T_target_source, source):
     """Return the points (N, 3) of a `Cloud` in the target frame."""
-    return transform_points(T_target_source, source.points + source.origin)
+    return transform_points(T_target_source, points_of(source))
 
 
 def points_with_q(result, target, source, config):
