@@ -89,8 +89,20 @@ def run(args):
         raise UsageError('no recording is named; give BAG, or --again RESULT')
     if args.recordings_under:
         raise UsageError('--recordings-under is for what a RESULT names; it needs --again')
-    settings, notes = settings_from(args)
-    return _written(args, args.bag, settings, topics_from(args), notes)[0]
+    then, guesses = _of_capsule(args.bag)
+    settings, notes = settings_from(args, then)
+    if then is not None:
+        notes = [*notes, 'a capsule of a node: from its guess, with its parameters, unless given']
+    topics = topics_from(args)
+    if guesses and not topics['guess_topic'] and settings[0].sequence is None:
+        topics['guesses'] = guesses
+    return _written(args, args.bag, settings, topics, notes)[0]
+
+
+def _of_capsule(bag):
+    from idem_ros.capsules.capsule import read_capsule
+
+    return read_capsule(bag) or (None, {})
 
 
 def _written(args, bag, settings, topics, notes=()):

@@ -66,14 +66,22 @@ def _add_selection(parser):
         parser.add_argument(f'--{name}', metavar=metavar, type=kind, default=SUPPRESS, help=what)
 
 
-def settings_from(args):
+def settings_from(args, then=None):
     """Return ([`Settings`] of each method, [notes on what was let pass]).
+
+    Args:
+        args: the namespace.
+        then: `Settings` that hold where nothing else is given; None: the defaults.
 
     Raises:
         UsageError: a value out of range, values that contradict each other, a file of parameters
             that is none.
     """
-    bases, notes = _read(args.params) if hasattr(args, 'params') else ({}, [])
+    bases = {} if then is None else {type(each): each for each in vars(then).values()}
+    notes = []
+    if hasattr(args, 'params'):
+        of_file, notes = _read(args.params)
+        bases |= of_file
     configs = [config_from(args, kind, bases.get(kind)) for kind in REPLAYED]
     names = ('max_distance', 'start', 'duration', 'every', 'sequence', 'max_chunk')
     others = {name: getattr(args, name) for name in names if hasattr(args, name)}

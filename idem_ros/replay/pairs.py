@@ -2,6 +2,7 @@
 
 import heapq
 from array import array
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,6 +28,8 @@ class Pairs:
         settings: `Settings`, of which it takes how sources are paired.
         target_topic, source_topic, guess_topic, truth_topic: names; None: found by type.
         tf_topic: names of topics of transforms, for guesses from tf; None: see `find_topics`.
+        guesses: {stamp [ns]: (4, 4)}, from which sources start whatever the recording says; None:
+            none.
 
     Attributes:
         topics: `Topics`.
@@ -46,10 +49,12 @@ class Pairs:
         guess_topic=None,
         truth_topic=None,
         tf_topic=None,
+        guesses=None,
     ):
         given = target_topic, source_topic, guess_topic, truth_topic
         self.topics = find_topics(recording, *given, guess_type=settings.guess.type, tf=tf_topic)
         self._pairing = Pairing(settings.pairing, settings.guess)
+        self._guesses = guesses or {}
         self._inputs = _inputs(self._pairing, self.topics)
         self.awaited, self.refused = array('q'), Spool()
         self._unused = {}  # {role: why the first input of it was refused}, but for sources
@@ -82,12 +87,16 @@ class Pairs:
         for pair in self._inputs[topic](message):
             self.awaited.append(pair.stamp)
             self._timeless += pair.guess.is_timeless
-            yield pair
+            yield self._from_given(pair)
         for refusal in self._pairing.take_refusals():
             if refusal.role == 'source':
                 self.refused.append(refusal)
             else:
                 self._unused.setdefault(refusal.role, refusal.reason)
+
+    def _from_given(self, pair):
+        T = self._guesses.get(pair.stamp)
+        return pair if T is None else replace(pair, guess=replace(pair.guess, T_target_source=T))
 
     def in_one_frame(self, truths):
         """Return the `Truths` as they are: each pose is in the frame of the source's target."""

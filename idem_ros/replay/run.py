@@ -65,7 +65,8 @@ def replay_each(path, settings, *, progress: Progress = silent, **topics):
         progress: wraps the iteration over `total` messages to show how far it is.
         topics: {role + '_topic': name, or None: found by type}; of pairs `target_topic`,
             `source_topic`, `guess_topic`, `truth_topic` and `tf_topic` (names of topics of
-            transforms), of a sequence `source_topic` and `truth_topic`.
+            transforms), of a sequence `source_topic` and `truth_topic`; of pairs `guesses`, too,
+            see `Pairs`.
 
     Returns:
         [`Replay`] of each settings, of the same pairs or scans.

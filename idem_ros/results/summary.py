@@ -214,7 +214,7 @@ def _percentiles(values, **percentiles):
 
 def _known(value):
     """Return a number that JSON can hold: None for what is not finite."""
-    return float(value) if np.isfinite(value) else None
+    return None if value is None or not np.isfinite(value) else float(value)
 
 
 def _header(method, audit):
