@@ -111,6 +111,7 @@ def _settings_again(seen):
     """Return `Settings` with which the capsule gives the same: its guess, and what "auto" was."""
     took_part = seen.refinement and seen.refinement.took_part
     config = took_part.config if took_part else seen.settings.config
+    config = replace(config, motion='none')  # the source is kept as it was undone
     return replace(seen.settings, config=config, guess=GuessConfig('transform'))
 
 
@@ -125,13 +126,12 @@ def _as_replayed(name, seen):
 
 def _messages(seen, replayed):
     """Yield target, guess and source, what was found, and the diagnostics before."""
-    source, stamp = recorded_cloud(seen.pair.source), seen.pair.stamp
-    frames = _frames_of(seen)
+    stamp, frames = seen.pair.stamp, _frames_of(seen)
     messages = [(TOPICS.target, _target(seen, frames[0]))]
     if seen.refinement is not None or seen.pair.guess.T_target_source is not None:
         T = seen.pair.guess.T_target_source if seen.refinement is None else seen.refinement.T_guess
         messages.append((TOPICS.guess, transform_message(T, stamp, *frames)))
-    messages.append((TOPICS.source, source))
+    messages.append((TOPICS.source, _source(seen, frames[1])))
     for log_time, (topic, message) in enumerate(messages, stamp):
         yield topic, log_time, message
     found = (message for message in result_messages(replayed.frames))
@@ -161,6 +161,14 @@ def _target(seen, frame):
     points = refinement.took_part.target.points + refinement.took_part.target.origin
     stamp = min(seen.pair.stamp, stamp_ns(target))
     return cloud_message(_near(points, refinement), stamp, frame, np.float64)
+
+
+def _source(seen, frame):
+    """Return the source as it came, or with the motion of its sweep undone where it was."""
+    if seen.refinement is None or seen.refinement.result.twist is None:
+        return recorded_cloud(seen.pair.source)
+    source = seen.refinement.took_part.source
+    return cloud_message(source.points + source.origin, seen.pair.stamp, frame, np.float64)
 
 
 def _near(points: NDArray, refinement) -> NDArray:

@@ -3,6 +3,7 @@
 from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.core.config import RegistrationConfig
+from idem_ros.node.capsule_config import CapsuleConfig
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
@@ -130,6 +131,7 @@ CONFIGS = (
     PairingConfig,
     GuessConfig,
     OutputConfig,
+    CapsuleConfig,
     SubscriptionConfig,
 )
 

@@ -11,6 +11,7 @@ from rclpy.node import Node
 
 from idem_ros.core import IdemError, RegistrationConfig
 from idem_ros.messages.stamps import seconds
+from idem_ros.node.capsules import Capsules
 from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, Control, answered, what_came_of
 from idem_ros.node.ending import warm_up
@@ -57,6 +58,7 @@ class LiveRegistration:
         self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_input, self._on_jump)
         self.refining = Refining(self.inputs, self.traffic.worker, self._answer, self._refuse)
         self._console = Console(node.get_logger())
+        self._capsules = Capsules(node.get_logger())
         self._outputs: Outputs | None = None
         self._report: Report | None = None
         self._control: Control | None = None
@@ -110,6 +112,7 @@ class LiveRegistration:
         self.inputs.mute()
         self.node.destroy_timer(self._timer)
         self.refining.stop()
+        self._capsules.stop()
         refused = self.traffic.refused + self.inputs.pairing.refused
         self._console.farewell(self.traffic.received, refused, self.dropped)
         self._report.is_on = False
@@ -171,6 +174,7 @@ class LiveRegistration:
             self._console.result(refinement, now)
         job.is_settled, self._last = True, refinement
         self._report.result(refinement, self.dropped)
+        self._capsules.offer(job.pair, refinement, '', self._report.lately)
         self._publish_debug(refinement)
         return answer
 
@@ -191,6 +195,7 @@ class LiveRegistration:
             self._log_unexpected(error)
         self.traffic.refused += not job.is_settled
         self._report.refused(reason, job.pair.stamp, self._counts())
+        self._capsules.offer(job.pair, None, reason, self._report.lately)
         return answer
 
     def _log_unexpected(self, error: Exception) -> None:
@@ -231,5 +236,6 @@ class LiveRegistration:
         kinds = RegistrationConfig, PreprocessingConfig, PointTimeConfig
         self.refining.refiner.configure(*(configs[kind] for kind in kinds))
         self.inputs.configure(configs[PairingConfig], configs[GuessConfig])
+        self._capsules.configure(configs)
         if self._outputs:
             self._outputs.configure(configs[OutputConfig])

@@ -1,6 +1,7 @@
 """The node's diagnostics: of each result at once, and every second what it is doing."""
 
 import time
+from collections import deque
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
@@ -28,12 +29,14 @@ class Report:
 
     Attributes:
         is_on: whether anything is published.
+        lately: the last statuses, each as `diagnostics_message` takes it.
     """
 
     def __init__(self, node: Node, console: Console):
         self._node, self._console = node, console
         self._publisher = node.create_publisher(DiagnosticArray, OUTPUTS['diagnostics'].name, KEPT)
         self.is_on = False
+        self.lately: deque[tuple] = deque(maxlen=KEPT)
         self._last: float | None = None
         self._reported_lately = False
 
@@ -91,9 +94,9 @@ class Report:
 
     def _send(self, task: str, level: int, text: str, values: dict, stamp: int) -> None:
         if self.is_on:
-            node = self._node.get_fully_qualified_name()
-            message = diagnostics_message(node, task, level, text, values, stamp)
-            self._publisher.publish(message)
+            said = self._node.get_fully_qualified_name(), task, level, text, values, stamp
+            self.lately.append(said)
+            self._publisher.publish(diagnostics_message(*said))
 
     def _now(self) -> int:
         return self._node.get_clock().now().nanoseconds
