@@ -4,6 +4,7 @@ from dataclasses import fields
 from itertools import dropwhile, takewhile
 
 from benchmarks.command_tables import command_tables
+from benchmarks.parameter_text import parameter_text
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import (
@@ -18,7 +19,7 @@ from idem_ros.node.interface import (
 from idem_ros.parameters.fields import default_of, description_of, parameter_name
 from idem_ros.terminal.markdown import table
 
-FIGURES = 'docs/figures.md'
+FIGURES, PARAMETERS = 'docs/figures.md', 'config/refine.yaml'
 ACCURACY, SPEED = 'docs/bench_accuracy.md', 'docs/bench_speed.md'
 TRUST, REAL = 'docs/bench_trust.md', 'docs/bench_real.md'
 SMALL = 0.05  # p of what is taken to be no chance
@@ -44,7 +45,7 @@ def blocks(folder):
 
 
 def documents(readme):
-    """Return {path: text as it should be} of the README and of the documents beside it.
+    """Return {path: text as it should be} of README, documents and file of parameters.
 
     Args:
         readme: `Path` of the checkout's README; the others are in its folder's docs.
@@ -60,7 +61,8 @@ def documents(readme):
         if len(places) != 1:
             where = ', '.join(path.name for path in places) or 'no document'
             raise IdemError(f'the block {name} stands in {where}; it must stand in one')
-    return {path: with_blocks(text, contents) for path, text in texts.items()}
+    written = {path: with_blocks(text, contents) for path, text in texts.items()}
+    return {**written, readme.parent / PARAMETERS: parameter_text()}
 
 
 def with_blocks(text, contents):

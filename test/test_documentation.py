@@ -58,7 +58,8 @@ def test_a_document_with_half_a_mark_is_refused():
 @pytest.fixture
 def checkout(tmp_path):
     (tmp_path / 'docs').mkdir()
-    for path in DOCUMENTS:
+    (tmp_path / 'config').mkdir()
+    for path in [*DOCUMENTS, ROOT / 'config' / 'refine.yaml']:
         (tmp_path / path.relative_to(ROOT)).write_text(path.read_text())
     return tmp_path
 
