@@ -48,6 +48,10 @@ OTHERS = {
         'publishers must use config/fastdds_large_clouds.xml, too',
     ),
     'rviz': ('false', 'true: show target, refined source and pose'),
+    'find': (
+        'false',
+        'true: refine nothing; list the clouds, poses and tf on the graph, and propose a command line',
+    ),
     'fixed_frame': ('map', 'frame of the target, which RViz shows'),
 }
 ARGUMENTS = {
@@ -84,9 +88,11 @@ def _start(context):
         for name in PARAMETERS
         if LaunchConfiguration(name).perform(context)
     }
+    finds = IfCondition(LaunchConfiguration('find')).evaluate(context)
     node = Node(
         package='idem_ros',
         executable='idem_node',
+        arguments=['--find'] if finds else [],
         name='idem_node',
         output='screen',
         parameters=[LaunchConfiguration('params_file'), use_sim_time, given],

@@ -54,10 +54,12 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
 
     node = None
     try:
-        _refuse_own_arguments(args)
+        own = _own_arguments(args)
         args = [*(sys.argv if args is None else args), *logging_arguments()]
         prefer_short_lease()
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        if own.find is not None:
+            return _find(own.find)
         while not is_asked_for():
             node = _node_class(is_managed)()
             _name_other_nodes(node, args)
@@ -71,6 +73,20 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
     finally:
         rclpy.try_shutdown()
     return 0
+
+
+def _find(seconds: float) -> int:
+    from rclpy.node import Node
+
+    from idem_ros.node.find import find, proposal, told
+
+    node = Node('idem_find')
+    try:
+        heard = find(node, seconds)
+    finally:
+        node.destroy_node()
+    print(told(heard, seconds))
+    return 0 if proposal(heard) else FAILED
 
 
 def _spin(node) -> None:
@@ -117,11 +133,27 @@ def _name_other_nodes(node, args: list[str]) -> None:
                 )
 
 
-def _refuse_own_arguments(args: list[str] | None) -> None:
+def _own_arguments(args: list[str] | None) -> argparse.Namespace:
     from rclpy.utilities import remove_ros_args
 
     parser = argparse.ArgumentParser('idem_node', description=DESCRIPTION)
-    parser.parse_args(remove_ros_args(args)[1:])
+    parser.add_argument(
+        '--find',
+        metavar='SECONDS',
+        nargs='?',
+        type=_seconds,
+        const=3.0,
+        help='listen for so long (default: 3), list the clouds, poses and tf on the graph with '
+        'their rates and frames, and propose a command line; nothing is refined',
+    )
+    return parser.parse_args(remove_ros_args(args)[1:])
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not 0.0 < seconds <= 3600.0:
+        raise argparse.ArgumentTypeError(f'{text} must be seconds above 0, and an hour at most')
+    return seconds
 
 
 def _said(error: Exception, code: int) -> int:

@@ -117,3 +117,18 @@ def test_unusable_argument_ends_the_node_with_exit_code_2_and_one_line(start, ar
     assert len(own) == 1
     assert reason in own[0]
     assert 'Traceback' not in errors
+
+
+def test_find_on_an_empty_graph_says_so_and_ends(start):
+    node = start('--find', '0.5')
+    _, errors = node.communicate(timeout=LONG)
+    assert node.returncode == 1
+    assert 'Traceback' not in errors
+
+
+@pytest.mark.parametrize('seconds', ['0', 'nan', '-1', 'soon'])
+def test_find_for_a_time_that_is_none_is_refused(start, seconds):
+    node = start(f'--find={seconds}')
+    _, errors = node.communicate(timeout=LONG)
+    assert node.returncode == 2
+    assert 'Traceback' not in errors
