@@ -50,7 +50,7 @@ OTHERS = {
     'rviz': ('false', 'true: show target, refined source and pose'),
     'find': (
         'false',
-        'true: refine nothing; list the clouds, poses and tf on the graph, and propose a command line',
+        'true: refine nothing; list the clouds, poses and tf on the graph, propose a command line',
     ),
     'fixed_frame': ('map', 'frame of the target, which RViz shows'),
 }
