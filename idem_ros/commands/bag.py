@@ -4,7 +4,13 @@ import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.options import CLOUD_KINDS, add_columns_option
+from idem_ros.commands.options import (
+    CLOUD_KINDS,
+    add_columns_option,
+    add_config_options,
+    config_from,
+)
+from idem_ros.refinement.point_time_config import PointTimeConfig
 
 KITTI_COLUMNS = 4  # x y z intensity, in every sequence
 DESCRIPTION = """\
@@ -23,6 +29,9 @@ whose poses are brought from the camera to the LiDAR: T = Tr^-1 Pi^-1 Pj Tr. Wit
 --trajectory it holds cloud files whose names end in their number, one for each pose
 of the sensor in the trajectory (TUM lines; or CSV or KITTI's twelve numbers), whose
 stamps they take. Without stamps, scans are 0.1 s apart.
+
+Where a column of a file holds the times of its points they are kept, as the field
+time, in seconds after the stamp.
 """
 
 
@@ -50,6 +59,7 @@ def add_parser(subparsers):
         'first (velocity, the default), or always the identity',
     )
     add_columns_option(parser)
+    add_config_options(parser, config_type=PointTimeConfig)
     parser.add_argument('--out', metavar='FILE.mcap', required=True, help='recording to write')
     parser.set_defaults(run=run)
 
@@ -94,7 +104,9 @@ def _write_files(args):
 
     guesses = [read_pose(file) for file in args.guess]
     truths = [read_pose(file) for file in args.truth]
-    messages = file_messages(args.target, args.sources, guesses, truths, args.columns)
+    point_times = config_from(args, PointTimeConfig)
+    clouds = args.target, args.sources
+    messages = file_messages(*clouds, guesses, truths, args.columns, point_times)
     write_mcap(args.out, messages)
     return (
         f'{args.out}: target 1, sources {len(args.sources)}, '
@@ -114,7 +126,7 @@ def _write_folder(args):
     columns = args.columns or (None if args.trajectory else KITTI_COLUMNS)
     pairs = len(folder.scans) - 1
     messages = tqdm(
-        folder_messages(folder, start, columns),
+        folder_messages(folder, start, columns, config_from(args, PointTimeConfig)),
         total=4 * pairs,
         unit='msg',
         leave=False,

@@ -9,6 +9,8 @@ from idem_ros.commands.options import (
     add_config_options,
     config_from,
 )
+from idem_ros.refinement.motion_record import motion_record
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 
 
@@ -34,38 +36,47 @@ def add_parser(subparsers):
     add_columns_option(parser)
     add_config_options(parser)
     add_config_options(parser, config_type=PreprocessingConfig)
+    add_config_options(parser, config_type=PointTimeConfig)
     parser.set_defaults(run=run)
 
 
 def run(args):
     """Register, print and write."""
-    from idem_ros.core import register
+    from idem_ros.core import Cloud, register
     from idem_ros.files.atomic_file import require_writable
-    from idem_ros.files.cloud_file import read_cloud
     from idem_ros.files.pose_file import read_pose, write_pose
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
+    if config.motion in ('guess', 'last'):
+        raise UsageError(
+            f'--motion is {config.motion}, which two files do not tell; solve finds it'
+        )
     if args.out:
         _refuse_inputs_as_output(args)
         require_writable(args.out)
     guess = read_pose(args.guess) if args.guess else None
-    target, source = (read_cloud(file, args.columns) for file in (args.target, args.source))
-    target = _preprocessed(args.target, target, preprocessing, is_target=True)
-    source = _preprocessed(args.source, source, preprocessing)
-    result = register(target, source, guess, config)
+    target, _ = _read(args, args.target, config, preprocessing, is_target=True)
+    source, times = _read(args, args.source, config, preprocessing)
+    result = register(target, Cloud(source, times), guess, config)
     if args.out:
         write_pose(args.out, result.T_target_source)
-    print(_json(args, result) if args.json else _text(args, result, source))
+    motion = motion_record(result, _reference(times, config))
+    print(_json(args, result, motion) if args.json else _text(args, result, motion, source))
     return OK if result.is_usable else FAILED
 
 
-def _preprocessed(file, points, config, is_target=False):
+def _read(args, file, config, preprocessing, is_target=False):
+    """Return the points of a file that take part, and their times where motion is undone."""
     from idem_ros.core.exceptions import InvalidCloud
+    from idem_ros.files.timed_cloud import read_timed_cloud
 
+    point_times = None if config.motion == 'none' else config_from(args, PointTimeConfig)
+    points, times = read_timed_cloud(file, args.columns, point_times)
     try:
-        return preprocess(points, config, is_target).points
+        kept = preprocess(points, preprocessing, is_target)
     except InvalidCloud as error:
         raise InvalidCloud(f'{file}: {error}') from error
+    return kept.points, None if times is None else times[kept.kept]
 
 
 def _refuse_inputs_as_output(args):
@@ -75,7 +86,7 @@ def _refuse_inputs_as_output(args):
             raise UsageError(f'--out is {args.out}, an input; a pose there would replace it')
 
 
-def _json(args, result):
+def _json(args, result, motion):
     import json
 
     from idem_ros.refinement.diagnostics import assessment_record
@@ -97,13 +108,14 @@ def _json(args, result):
             'voxel_size': result.voxel_size,
             'information': result.information.tolist(),
             **assessment_record(result.assessment),
+            **motion,
         },
         indent=2,
         allow_nan=False,
     )
 
 
-def _text(args, result, source):
+def _text(args, result, motion, source):
     size, digits = result.voxel_size, _digits(result.T_target_source, source)
     rows = (
         ' '.join(f'{number:{digits + 7}.{digits}f}' for number in row)
@@ -117,10 +129,28 @@ def _text(args, result, source):
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
             f'overlap {result.overlap:.1%}, radius {result.radius:.6g} m, '
             + ('points as given' if size is None else f'voxels of {size:.6g} m'),
+            *_motion_said(motion),
             *_said(result.assessment, result.T_target_source, source),
             *([] if args.guess else ['note: no --guess: the initial guess is the identity']),
         ]
     )
+
+
+def _motion_said(motion):
+    if 'motion_flaw' in motion:
+        yield f'motion of the sweep not undone: {motion["motion_flaw"]}'
+    if 'twist' in motion:
+        twist = ' '.join(f'{number:.4g}' for number in motion['twist'])
+        yield (
+            f'motion of the sweep undone: half of the points moved by {motion["moved"]:.3g} m or '
+            f'more; twist (m/s, rad/s): {twist}'
+        )
+
+
+def _reference(times, config):
+    from idem_ros.core.geometry.undistortion import reference_time
+
+    return 0.0 if times is None else reference_time(times, config.motion_reference)
 
 
 def _digits(T_target_source, source):

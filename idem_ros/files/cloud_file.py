@@ -66,8 +66,8 @@ def read_cloud(
         UnreadableCloud: another suffix, no such file, no file, damaged or cut off, a layout that
             cannot be told, or no usable point.
     """
-    path, reader = _reader_of(path)
-    with _errors_of(path):
+    path, reader = reader_of(path)
+    with errors_of(path):
         points = np.asarray(reader(path, columns), dtype=np.float64)
     (usable,) = _usable([points], path)
     return usable
@@ -85,7 +85,7 @@ def cloud_parts(path, columns=None):
     Raises:
         UnreadableCloud: see `read_cloud`; the parts before what is damaged came already.
     """
-    path, reader = _reader_of(path)
+    path, reader = reader_of(path)
     in_parts = IN_PARTS.get(path.suffix.lower())
     whole = (reader(path, columns) for _ in range(1))
     yield from _usable(_each(in_parts(path, columns, PART) if in_parts else whole, path), path)
@@ -94,14 +94,19 @@ def cloud_parts(path, columns=None):
 def _each(parts, path):
     """Yield parts; whatever goes wrong while one is read names the file."""
     while True:
-        with _errors_of(path):
+        with errors_of(path):
             points = next(parts, None)
         if points is None:
             return
         yield np.asarray(points, dtype=np.float64)
 
 
-def _reader_of(path):
+def reader_of(path):
+    """Return the `Path` of a cloud file and what reads it.
+
+    Raises:
+        UnreadableCloud: another suffix, or no such file.
+    """
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -114,7 +119,7 @@ def _reader_of(path):
 
 
 @contextmanager
-def _errors_of(path):
+def errors_of(path):
     """Let whatever goes wrong while a file is read name it."""
     try:
         if path.is_file() and path.stat().st_size == 0:
@@ -133,14 +138,19 @@ def _errors_of(path):
         ) from error
 
 
+def usable_points(points):
+    """Return which of points (N, 3) are usable, which are finite, and which are padding; (N,)."""
+    finite = np.isfinite(points).all(axis=1)
+    zero = ~points.any(axis=1)
+    padding = zero if zero.sum() > 1 else np.zeros_like(zero)  # one may be of a model
+    return finite & ~padding, finite, padding
+
+
 def _usable(parts, path):
     """Yield what of the parts of a file is usable; say at the end what was not."""
     count = nonfinite = padded = 0
     for points in parts:
-        finite = np.isfinite(points).all(axis=1)
-        zero = ~points.any(axis=1)
-        padding = zero if zero.sum() > 1 else np.zeros_like(zero)  # one may be of a model
-        usable = finite & ~padding
+        usable, finite, padding = usable_points(points)
         count += len(points)
         nonfinite += len(points) - int(finite.sum())
         padded += int(padding.sum())

@@ -59,6 +59,12 @@ def _read_header(stream):
     return header(stream)
 
 
+def npy_names(path, columns=None):
+    """Return the names of the fields of an array; [] of one without."""
+    array = np.load(path, mmap_mode='r', allow_pickle=False)
+    return list(array.dtype.names or ())
+
+
 def _refuse_short(stream, size):
     """Refuse an array that is declared larger than its file; return its `_read_header`."""
     try:

@@ -42,6 +42,12 @@ def pcd_parts(path, columns=None, most=None):
             yield _compressed(header, memoryview(stream.read()), chosen)
 
 
+def pcd_names(path, columns=None):
+    """Return the names of the fields of a PCD file."""
+    with path.open('rb') as stream:
+        return [field.name for field in read_pcd_header(stream.read(2 * LONGEST)).fields]
+
+
 def write_pcd(path, points, dtype=np.float32):
     """Write (N, 3) points as a binary PCD of fields x, y, z.
 

@@ -28,6 +28,12 @@ def read_ply(path, columns=None):
     return points_of_records(records, columns)
 
 
+def ply_names(path, columns=None):
+    """Return the names of the properties of the points of a PLY file."""
+    element = read_ply_header(path.read_bytes()).vertices(columns)
+    return [each.name for each in element.properties]
+
+
 def _said(error, header):
     """Return what plyfile says, with the file's own names for those of the regular header."""
     text = str(error)

@@ -35,6 +35,8 @@ class ScanFolder:
     """Of each scan [ns], increasing."""
     poses: NDArray
     """(N, 4, 4), of the sensor in a fixed frame."""
+    are_stamped: bool = True
+    """Whether the stamps are those of a file, and not made up."""
 
 
 def read_scan_folder(folder, trajectory=None):
@@ -139,6 +141,7 @@ def _matched(scans, poses, stamps, what):
         )
     if len(scans) < 2:
         raise UnreadableScans(f'{scans[0].parent} holds one scan; a pair takes two')
+    are_stamped = stamps is not None
     if stamps is None:
         stamps = START + STEP * np.arange(len(scans))
-    return ScanFolder(scans, tuple(int(stamp) for stamp in stamps), poses)
+    return ScanFolder(scans, tuple(int(stamp) for stamp in stamps), poses, are_stamped)

@@ -58,6 +58,11 @@ def read_text(path, columns=None):
     return points
 
 
+def text_names(path, columns=None):
+    """Return the names of the columns of a table; [] of one without."""
+    return _table(*numbered_lines(text_of(path.read_bytes()))).names or []
+
+
 def _table(lines, comments):
     """Find delimiter, counts of points, header and width."""
     given = SEPARATOR.match(lines[0][1]) if lines else None

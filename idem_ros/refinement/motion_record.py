@@ -3,9 +3,11 @@
 import numpy as np
 
 
-def motion_record(refinement):
-    """Return the motion of a `Refinement` as what JSON holds; {} where none was to be undone."""
-    result = refinement.result
+def motion_record(result, reference):
+    """Return the motion of a result as what JSON holds; {} where none was to be undone.
+
+    reference: the instant that its pose is of, in seconds after the stamp.
+    """
     if result.motion_flaw:
         return {'motion_flaw': result.motion_flaw}
     if result.twist is None:
@@ -15,13 +17,13 @@ def motion_record(refinement):
         'twist': result.twist.tolist(),
         **({} if covariance is None else {'twist_covariance': covariance.tolist()}),
         'moved': float(result.moved),
-        'reference': float(refinement.reference),
+        'reference': float(reference),
     }
 
 
 def motion_values(refinement):
-    """Return the same as the {key: value} strings of diagnostics."""
-    record = motion_record(refinement)
+    """Return the same of a `Refinement` as the {key: value} strings of diagnostics."""
+    record = motion_record(refinement.result, refinement.reference)
     if 'motion_flaw' in record:
         return {'motion': 'none', 'motion_flaw': record['motion_flaw']}
     if not record:

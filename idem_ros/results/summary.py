@@ -148,7 +148,7 @@ def frame_record(frame):
         'cropped': refinement.cropped,
         'thinned': refinement.thinned,
     }
-    record |= assessment_record(result.assessment) | motion_record(refinement)
+    record |= assessment_record(result.assessment) | motion_record(result, refinement.reference)
     if refinement.point_times:
         record['point_times'] = refinement.point_times
     for key, attribute in ERRORS.items():

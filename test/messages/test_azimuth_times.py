@@ -2,7 +2,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_point_times import COLUMNS, SWEEP, sweep
+from spinning import COLUMNS, SWEEP, sweep
 
 from idem_ros.messages.azimuth_times import azimuth_times
 from idem_ros.messages.point_times import NoTimes

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_point_times import STAMP, sweep
+from spinning import STAMP, sweep
 
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.refinement.point_time_config import PointTimeConfig

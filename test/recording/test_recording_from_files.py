@@ -1,15 +1,17 @@
 import numpy as np
 import pytest
 from scans_in_files import scans, write_kitti_sequence, write_numbered
+from spinning import sweep
 
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.files.scan_folder import read_scan_folder
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.recording import from_files
-from idem_ros.recording.from_files import folder_messages
+from idem_ros.recording.from_files import file_messages, folder_messages
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
 from idem_ros.recording.writer import write_mcap
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.replay.pairs import pairs_of
 from idem_ros.replay.run import replay
 
@@ -55,9 +57,9 @@ def test_log_times_increase_and_there_is_no_tf(folder):
 
 def test_a_scan_is_read_once_and_only_when_its_turn_comes(folder, monkeypatch):
     read = []
-    given = from_files.read_cloud
+    given = from_files.read_timed_cloud
     monkeypatch.setattr(
-        from_files, 'read_cloud', lambda path, columns: read.append(path) or given(path)
+        from_files, 'read_timed_cloud', lambda path, *how: read.append(path) or given(path)
     )
     topics = []
     for topic, _, _ in folder_messages(folder):
@@ -75,3 +77,17 @@ def test_a_replay_finds_the_truth(tmp_path, rng):
     for frame, truth in zip(frames, true_motions(poses), strict=True):
         np.testing.assert_allclose(frame.truth, truth, atol=1e-11)
         assert frame.error_after().translation_m < 0.1 * frame.error_before().translation_m
+
+
+def test_times_of_points_are_kept(tmp_path, rng):
+    points, times = sweep()
+    for name, offset in (('target', 0.0), ('source', 0.001)):
+        rows = np.empty(len(points), [(axis, 'f4') for axis in 'xyz'] + [('t', 'u4')])
+        rows['x'], rows['y'], rows['z'] = points.T + offset
+        rows['t'] = (times * 1e9).astype('u4')
+        np.save(tmp_path / f'{name}.npy', rows)
+    files = tmp_path / 'target.npy', [tmp_path / 'source.npy']
+    for _, _, message in file_messages(*files, point_times=PointTimeConfig()):
+        read = read_points(message, PointTimeConfig())
+        np.testing.assert_allclose(read.times.times, times, atol=1e-8)
+        assert 'field time (float32) in s' in read.times.said
