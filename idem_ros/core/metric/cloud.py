@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from idem_ros.core.arrays import (
     Floats,
     Indices,
+    Integers32,
     Mask,
     MomentRows,
     Point,
@@ -170,9 +171,7 @@ class Cloud:
 
     def crowding(self, radius: float) -> float:
         """Return how many points share the cell of a point, on average; see `in_cells`."""
-        in_cell = np.diff(self.in_cells(radius).grid.start)
-        in_cell = in_cell[in_cell > 0].astype(np.float64)
-        return float(in_cell @ in_cell / len(self))
+        return _crowding(self.in_cells(radius).grid.start)
 
     def require_resolved(self, voxel_size: float) -> None:
         """Refuse voxels finer than single precision resolves the cloud's extent.
@@ -259,6 +258,16 @@ def neighbourhoods(
         )
 
     return [kept(cloud) for cloud in clouds]
+
+
+@kernel
+def _crowding(start: Integers32) -> float:
+    """Return how many points share a point's cell, on average; start: where each cell begins."""
+    total = 0.0
+    for c in range(start.shape[0] - 1):
+        in_cell = float(start[c + 1] - start[c])
+        total += in_cell * in_cell
+    return total / start[-1]
 
 
 def _room_for_moments(cells: Cells) -> tuple[MomentRows, MomentRows]:

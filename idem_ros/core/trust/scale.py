@@ -13,8 +13,11 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Mask, MomentRows, Points, Transform
 from idem_ros.core.geometry import se3
+from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
+from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Neighbourhoods
+from idem_ros.core.metric.moments import covariance, row_of
 
 LEAST_MET = 0.55  # right results of scans from two sides have 0.45 and more
 # Of how far growing moves points, how far along their surfaces' normals (upper quartile): right
@@ -86,12 +89,16 @@ def _growth(
     return float(np.quantile(np.abs(grown - moved @ best), UPPER))
 
 
+@kernel
 def _normals(own: MomentRows) -> tuple[Points, Mask]:
     """Return (N, 3) normals of balls of (N, 10) moments, and which hold a surface."""
-    k = np.maximum(own[:, 0], 1.0)
-    s = np.empty((len(own), 3, 3))
-    mean = own[:, 1:4] / k[:, None]
-    for c, (i, j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
-        s[:, i, j] = s[:, j, i] = own[:, 4 + c] / k - mean[:, i] * mean[:, j]
-    variances, axes = np.linalg.eigh(s)
-    return axes[:, :, 0], (own[:, 0] >= LEAST_MEMBERS) & (variances[:, 1] > FLAT * variances[:, 0])
+    normals, is_surface = np.zeros((own.shape[0], 3)), np.zeros(own.shape[0], np.bool_)
+    for i in range(own.shape[0]):
+        if own[i, 0] < LEAST_MEMBERS:
+            continue
+        s = covariance(row_of(own, i))
+        det, minors = determinant(s), trace(adjugate(s))
+        if minors > 0.0 and FLAT * det * trace(s) < minors * minors:
+            normals[i, 0], normals[i, 1], normals[i, 2] = thinnest_axis(s)
+            is_surface[i] = True
+    return normals, is_surface
