@@ -42,7 +42,6 @@ from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.scope import judged_in_scope
 from idem_ros.core.trust.verdict import Assessment
 
-MOST_PARTS = 3  # of a map, where a scan ends far from its guess
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
 SOLVER, TRUST = SolverTuning(), TrustTuning()
 
@@ -114,7 +113,6 @@ def _registered(
     pair = pair.swept_as(sweep)
     T_guess = between_origins(near, source, T)
     descent, observability = _refined(pair, T_guess)  # stages, coarse to fine
-    pair, descent, observability = _followed(target, source, pair, descent, observability)
     try:
         pair = pair._replace(workers=late_workers)
         return _judged(pair, (near, source), T_guess, descent, observability)
@@ -135,33 +133,6 @@ def _clouds(
     return found[0], cast(Cloud, found[1])
 
 
-def _followed(
-    target: Target,
-    source: Cloud,
-    pair: Pair,
-    descent: Descent,
-    observability: Observability | None,
-) -> tuple[Pair, Descent, Observability | None]:
-    """Return the same, gone on from where a descent has left what of a map its guess reached."""
-    for _ in range(MOST_PARTS):
-        T = descent.solution.transform
-        if observability is None or pair.target.reaches(pair.source, T):
-            break
-        try:
-            place = from_origins(pair.target, pair.source, T), pair.config
-            near = in_reach(target, source, *place, pair.workers, pair.target.origin)
-            again = prepare(near, source, pair.config, pair.tuning, pair.trust, pair.workers)
-        except OutOfTime:
-            break
-        if not again.stages:
-            break
-        later, observability = _refined(again.swept_as(pair.sweep, descent.sweep), T)
-        steps = descent.iterations + later.iterations
-        pair, first = again, descent.first or later.first
-        descent = later._replace(first=first, iterations=steps)
-    return pair, descent, observability
-
-
 def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | None]:
     """Return the `Descent` from a guess, and the `Observability` where it ended; None if late.
 
@@ -172,8 +143,9 @@ def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | N
         follow = stay if pair.config.mode == 'audit' else descend
         descent = follow(pair, T_guess)
         if descent.cost is not None:
-            wider = pair.moved_by(descent.sweep).wider_balls()
-            observability = observability_of(descent.cost, descent.solution.transform, wider)
+            T = descent.solution.transform
+            wider = pair.moved_by(descent.sweep).around(T).wider_balls()
+            observability = observability_of(descent.cost, T, wider)
             if _must_leave_free(pair.config, observability):
                 descent = descend(pair, T_guess, observability.held)
     except OutOfTime:
@@ -200,8 +172,9 @@ def _judged(
 
     given: the two `Cloud`s as they were given.
     """
-    pair = pair.moved_by(descent.sweep)
-    cost, T = descent.cost or pair.cost(pair.stages[-1]), descent.solution.transform
+    T = descent.solution.transform
+    pair = pair.moved_by(descent.sweep).around(T)
+    cost = descent.cost or pair.cost(pair.stages[-1])
     cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
     if observability is None:
         observability = observability_of(cost, T, pair.wider_balls())

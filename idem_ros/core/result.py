@@ -86,8 +86,8 @@ class RegistrationResult:
 def agreement_at(pair: Pair, balls: Balls, T: Transform) -> tuple[Agreement, float]:
     """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
     q, reach = np.concatenate(balls.agreement(T, balls.radius), axis=1)
-    sides = reach[: len(pair.target)], reach[len(pair.target) :]
-    overlap = overlap_of(*pair.clouds, T, balls.radius, sides)
+    sides = reach[: len(balls.of[0])], reach[len(balls.of[0]) :]
+    overlap = overlap_of(*balls.of, T, balls.radius, sides)
     meeting = min(int(np.count_nonzero(side)) for side in sides)
     scale = length_unit(pair.config.length_scale, balls.radius)
     if scale == balls.radius:

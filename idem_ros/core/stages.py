@@ -73,6 +73,7 @@ def _first_stage(pair: Pair, start: Descent, motions: Twists | None) -> Descent:
 
 def _through(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None) -> Descent:
     """Minimise one stage from where a `Descent` ended; return where it has led."""
+    pair = pair.around(descent.solution.transform)
     if descent.sweep is not None and descent.sweep.is_solved:
         return _through_moving(pair, stage, descent, motions)
     cost = pair.cost(stage)

@@ -17,16 +17,16 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.maps.block_source import BlockSource
 from idem_ros.core.maps.map_blocks import Level, MapBlocks
-from idem_ros.core.maps.map_part import MapPart
+from idem_ros.core.maps.map_part import MapPart, Place
 from idem_ros.core.maps.point_blocks import PointBlocks
-from idem_ros.core.maps.reach import PER_EDGE, Reach
+from idem_ros.core.maps.reach import Reach
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size_of
 
 CACHE_BYTES = 1 << 29  # some two million voxels with their moments
 VOXELS_PER_EDGE = 64  # of a block
-LEAST_RINGS = 2  # of quarters of a block, beyond the scan's points
-FIRST_RADII = 2.0  # of the widest balls, that the rings reach at least
+WIDER = 1.25  # of the widest balls: how far beyond the scan coarse stages may look, at least
+LEAST_POINTS = 5  # that have a spacing
 SAMPLE = 512  # points that tell a scan's spacing
 DONE = object()
 
@@ -37,7 +37,7 @@ class MapCloud:
     Its blocks, cubes of 64 voxels, are prepared when a scan first reaches them and kept as far as
     they fit; those that a scan cannot reach are not looked at. A result is the same, to the bit,
     whether blocks were prepared before or not, and whatever the map holds farther than 80 voxels
-    from all points of the scan at its guess. Threads may share one.
+    from all points of the scan, at its guess and on its way from there. Threads may share one.
 
     Args:
         points: (N, 3) real numbers, which are copied, or a `BlockSource`.
@@ -76,8 +76,6 @@ class MapCloud:
         source: Cloud,
         T_target_source: Transform,
         config: RegistrationConfig,
-        *,
-        origin: Point | None = None,
         workers: Workers = ALONE,
     ) -> MapPart:
         """Return what of the map a scan at a pose can meet: a `Cloud`, which may have no point.
@@ -86,7 +84,6 @@ class MapCloud:
             source: the scan's `Cloud`.
             T_target_source: (4, 4).
             config: `RegistrationConfig`; a voxel size "auto" is what suits the scan.
-            origin: (3,) that the part's points are told from; None: near the scan.
             workers: for blocks that are yet to be prepared.
 
         Raises:
@@ -97,12 +94,14 @@ class MapCloud:
         if size is not None:
             source.require_resolved(size)
             source = source.reduced(size)
-        edge, rings = _edge_and_rings(source, size, config)
-        points = _placed(source, T_target_source)
-        reach = Reach.around(points, edge, rings)
-        near: Point = np.asarray(reach.zero * (edge / PER_EDGE), dtype=np.float64)
-        level = Level(edge, size, size)
-        return MapPart(self._blocks, level, reach, near if origin is None else origin, workers)
+        edge, wider = _edge_and_reach(source, size, config)
+        points = se3.transform_points(T_target_source, source.points + source.origin)
+        reach = Reach.around(points, edge)
+        near: Point = np.asarray(reach.zero * reach.cube, dtype=np.float64)
+        T = T_target_source.copy()
+        T[:3, 3] += T[:3, :3] @ source.origin - near
+        place = Place(reach, T, near, wider)
+        return MapPart(self._blocks, Level(edge, size, size), place, workers)
 
     def prefetch(self, center: ArrayLike, reach: float) -> Future[None]:
         """Prepare, in a thread of its own, what scans around a place will ask for; do not wait.
@@ -138,18 +137,10 @@ class MapCloud:
             done.set_exception(error)
 
 
-def _edge_and_rings(
+def _edge_and_reach(
     source: Cloud, size: float | None, config: RegistrationConfig
-) -> tuple[float, int]:
-    """Return the edge of blocks, and how many quarters of it beyond the scan are in reach."""
-    spacing = source.fourth_neighbor_distance(SAMPLE) if len(source) >= 5 else 0.0
+) -> tuple[float, float]:
+    """Return the edge of blocks, and how far beyond the scan coarse stages may look."""
+    spacing = source.fourth_neighbor_distance(SAMPLE) if len(source) >= LEAST_POINTS else 0.0
     step = size if size is not None else 2.0 ** round(math.log2(spacing or 1.0))
-    edge = VOXELS_PER_EDGE * step
-    widest = max(config.radius_schedule) * config.a * spacing
-    rings = math.ceil(FIRST_RADII * widest / (edge / PER_EDGE))
-    return edge, max(rings, LEAST_RINGS)
-
-
-def _placed(source: Cloud, T_target_source: Transform) -> Floats:
-    """Return the source's points in the target frame, (N, 3)."""
-    return se3.transform_points(T_target_source, source.points + source.origin)
+    return VOXELS_PER_EDGE * step, WIDER * max(config.radius_schedule) * config.a * spacing

@@ -2,57 +2,66 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Integers, Points
+from idem_ros.core.arrays import Indices, Integers, Mask, Points
 from idem_ros.core.jit import kernel
 from idem_ros.core.maps.map_blocks import Index
 
-PER_EDGE = 4  # cubes along a block's edge: one bit of 64 each
+CUBES_PER_EDGE = 8  # of a block; twice as large for the wider reach of coarse stages
 BITS = 20  # of a cube's place along an axis, from the middle of the scan: 1e6 cubes
-ALL = np.uint64(2**64 - 1)
 
 
 class Reach(NamedTuple):
-    """Cubes of a quarter of a block's edge."""
+    """Cubes of a part of a block's edge."""
 
     edge: float  # of the blocks
+    per_edge: int  # cubes along it
     zero: Integers  # (3,): the cube that codes count from, the first one of its block
-    codes: Integers  # (n,): of the cubes, rising
+    core: Integers  # (n,): codes of the cubes that hold points of the scan
+    codes: Integers  # (m,): of these and of those around them, rising
 
     @classmethod
-    def around(cls, points: Points, edge: float, rings: int) -> Reach:
-        """Return the cubes that hold points (N, 3), and so many rings of cubes around each."""
-        cubes = np.floor(points * (PER_EDGE / edge)).astype(np.int64)
-        zero = np.sort(cubes, axis=0)[len(cubes) // 2] // PER_EDGE * PER_EDGE
-        return cls(edge, zero, _widened(np.unique(_coded(cubes - zero)), rings))
+    def around(cls, points: Points, edge: float) -> Reach:
+        """Return the cubes that hold points (N, 3), and those that touch them."""
+        cubes = np.floor(points * (CUBES_PER_EDGE / edge)).astype(np.int64)
+        middle = np.sort(cubes, axis=0)[len(cubes) // 2]
+        zero = middle // CUBES_PER_EDGE * CUBES_PER_EDGE
+        core = np.unique(_coded(cubes - zero))
+        return cls(edge, CUBES_PER_EDGE, zero, core, _widened(core, 1))
 
-    def holds(self, points: Points, rings: int) -> bool:
-        """Whether it holds points (N, 3) and so many rings of cubes around each."""
-        cubes = np.floor(points * (PER_EDGE / self.edge)).astype(np.int64)
-        wanted = _widened(np.unique(_coded(cubes - self.zero)), rings)
-        return bool(np.isin(wanted, self.codes, assume_unique=True).all())
+    @property
+    def cube(self) -> float:
+        """The edge of a cube: how far beyond the scan's points all is in reach."""
+        return self.edge / self.per_edge
 
-    def by_block(self) -> dict[Index, np.uint64]:
-        """Return the blocks that cubes lie in, z slowest, and which cubes of each: a bit of 64."""
-        cubes = _decoded(self.codes)
-        inside = cubes & (PER_EDGE - 1)
-        bit = (inside[:, 2] * PER_EDGE + inside[:, 1]) * PER_EDGE + inside[:, 0]
-        block = (cubes + self.zero) // PER_EDGE
-        order = np.lexsort(block.T)
-        block, bits = block[order], np.uint64(1) << bit[order].astype(np.uint64)
-        begins = np.flatnonzero(np.r_[True, (np.diff(block, axis=0) != 0).any(axis=1)])
-        masks = np.bitwise_or.reduceat(bits, begins)
-        return {
-            (i, j, k): mask for (i, j, k), mask in zip(block[begins].tolist(), masks, strict=True)
-        }
+    def wider(self, distance: float) -> Reach:
+        """Return larger cubes that reach a distance beyond the scan's points."""
+        cubes = (_decoded(self.core) + self.zero) // 2
+        zero, per_edge = self.zero // 2, self.per_edge // 2
+        core = np.unique(_coded(cubes - zero))
+        rings = max(math.ceil(distance / (self.edge / per_edge)), 1)
+        return Reach(self.edge, per_edge, zero, core, _widened(core, rings))
+
+    def by_block(self) -> tuple[list[Index], Mask]:
+        """Return the blocks that cubes lie in, z slowest, and which cubes of each, x fastest."""
+        cubes = _decoded(self.codes) + self.zero
+        blocks, inside = np.divmod(cubes, self.per_edge)
+        order = np.lexsort(blocks.T)
+        blocks = blocks[order]
+        is_next = (np.diff(blocks, axis=0, prepend=blocks[:1] - 1) != 0).any(axis=1)
+        x, y, z = inside[order].T
+        masks = np.zeros((np.count_nonzero(is_next), self.per_edge**3), bool)
+        masks[np.cumsum(is_next) - 1, (z * self.per_edge + y) * self.per_edge + x] = True
+        return [(i, j, k) for i, j, k in blocks[is_next].tolist()], masks
 
 
 def _coded(cubes: Integers) -> Integers:
     """Return one number for each cube (N, 3), but for those that are farther than any scan is."""
-    cubes = cubes[(np.abs(cubes) < 1 << BITS - 1).all(axis=1)] + (1 << BITS - 1)
+    cubes = cubes[(np.abs(cubes) < 1 << BITS - 2).all(axis=1)] + (1 << BITS - 1)
     return (cubes[:, 2] << 2 * BITS) | (cubes[:, 1] << BITS) | cubes[:, 0]
 
 
@@ -70,17 +79,16 @@ def _widened(codes: Integers, rings: int) -> Integers:
 
 
 @kernel
-def rows_in_reach(points: Points, edge: float, cubes: np.uint64) -> Integers:
+def rows_in_reach(points: Points, edge: float, per_edge: int, cubes: Mask) -> Indices:
     """Return the rows of a block's points (N, 3), from its corner, that lie in some of its cubes.
 
-    cubes: a bit of 64 for each, x fastest.
+    cubes: whether each is in reach, x fastest.
     """
-    rows, n, per_edge = np.empty(points.shape[0], np.int64), 0, PER_EDGE / edge
+    rows, n, scale, last = np.empty(points.shape[0], np.int32), 0, per_edge / edge, per_edge - 1
     for i in range(points.shape[0]):
-        x = min(np.int64(points[i, 0] * per_edge), PER_EDGE - 1)
-        y = min(np.int64(points[i, 1] * per_edge), PER_EDGE - 1)
-        z = min(np.int64(points[i, 2] * per_edge), PER_EDGE - 1)
-        bit = np.uint64((z * PER_EDGE + y) * PER_EDGE + x)
+        x = min(np.int64(points[i, 0] * scale), last)
+        y = min(np.int64(points[i, 1] * scale), last)
+        z = min(np.int64(points[i, 2] * scale), last)
         rows[n] = i  # kept only if it is counted
-        n += np.int64((cubes >> bit) & np.uint64(1))
+        n += np.int64(cubes[(z * per_edge + y) * per_edge + x])
     return rows[:n].copy()

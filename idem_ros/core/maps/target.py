@@ -1,6 +1,6 @@
 """What scans are registered to: a cloud, all of which counts, or of a map what is in reach."""
 
-from idem_ros.core.arrays import Point, Transform
+from idem_ros.core.arrays import Transform
 from idem_ros.core.blocks import ALONE, Workers
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidCloud
@@ -43,12 +43,11 @@ def in_reach(
     T_target_source: Transform,
     config: RegistrationConfig,
     workers: Workers = ALONE,
-    origin: Point | None = None,
 ) -> Cloud:
     """Return what of a target a source can meet at a pose: of a map a part, which may be empty.
 
     See `MapCloud.in_reach`.
     """
     if isinstance(target, MapCloud):
-        return target.in_reach(source, T_target_source, config, workers=workers, origin=origin)
+        return target.in_reach(source, T_target_source, config, workers)
     return target

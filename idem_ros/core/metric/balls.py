@@ -30,6 +30,7 @@ class Balls:
         workers: for the kernels; the results are the same for any number of threads.
 
     Attributes:
+        of: the `Cloud`s.
         target, source: their `Neighbourhoods`.
 
     Raises:
@@ -40,6 +41,7 @@ class Balls:
         self, target: Cloud, source: Cloud, radius: float, workers: Workers = ALONE
     ) -> None:
         self.radius, self.r2, self.workers = radius, radius * radius * TIE, workers
+        self.of = target, source
         self.target, self.source = neighbourhoods([target, source], radius, workers)
         self._shifted = 0.0  # the farthest that a point was moved by `shift_source`
         self._pairs: CandidatePairs | None = None

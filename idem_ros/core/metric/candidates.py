@@ -77,11 +77,11 @@ def _candidates(
 
 def still_hold(pairs: CandidatePairs, T_target_source: Transform, skin: float) -> bool:
     """Whether no point of the source has moved by more than the skin since the enumeration."""
-    return _farthest(T_target_source, pairs.transform, pairs.box) <= skin**2
+    return farthest_moved(T_target_source, pairs.transform, pairs.box) <= skin**2
 
 
 @kernel
-def _farthest(T: Transform, before: Transform, box: tuple[Point, Point]) -> float:
+def farthest_moved(T: Transform, before: Transform, box: tuple[Point, Point]) -> float:
     """Return the greatest squared distance that points of a box move by from a transform to T.
 
     How far a point is moved is convex in the point: greatest in a corner.

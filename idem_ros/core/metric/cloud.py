@@ -123,9 +123,9 @@ class Cloud:
         """Whether it is a part of a map, beside which there is more."""
         return False
 
-    def reaches(self, source: Cloud, T: Transform) -> bool:
-        """Whether it is all that a source can meet; T: (4, 4), between the clouds' origins."""
-        return True
+    def around(self, source: Cloud, T: Transform) -> Cloud:
+        """Return what a source can meet at T, (4, 4) between the clouds' origins: all of it."""
+        return self
 
     def bounds(self) -> tuple[Point, Point]:
         """Return the lowest and highest coordinates (3,), minus `origin`; computed once."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import MomentRows
+from idem_ros.core.arrays import MomentRows, Transform
 from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.metric.balls import Balls
@@ -84,6 +84,10 @@ class Pair(NamedTuple):
         if sweep is None or not sweep.is_solved:
             return self
         return self._replace(source=sweep.undone(), sweep=sweep)
+
+    def around(self, T: Transform) -> Pair:
+        """Return the pair with what of the target the source can meet at T."""
+        return self._replace(target=self.target.around(self.source, T))
 
     def balls(self, stage: Stage) -> Balls:
         """Return the `Balls` of a stage, on voxels as coarse as it is wide."""
