@@ -36,12 +36,14 @@ INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test portable newest pins lint docs bench wheel colcon soak test-ros fuzz site three clean help $(PORTABLE)
+.PHONY: demo test portable newest matrix coverage pins lint docs bench wheel colcon soak test-ros fuzz site three clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
 	@echo 'make test    run the tests'
 	@echo 'make portable  run the tests that compute as other processors would compute them'
+	@echo 'make matrix  lint and test with each Python from 3.10 to 3.13 that is installed'
+	@echo 'make coverage  which lines of the core its tests run, the kernels as plain Python'
 	@echo 'make newest  run the tests with the newest release of everything, and say what that is'
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
 	@echo 'make lint    check style, the types of the core, and that imports run one way'
@@ -88,6 +90,26 @@ newest: $(READY)
 	@echo 'pinned (<), newest (>):'
 	@diff $(VENV)/versions.txt $(NEWEST)/versions.txt | grep '^[<>]' || echo 'the same'
 	ROS_PYTHON_CHECK_FIELDS=1 $(NEWEST)/bin/python $(TEST) $(ARGS)
+
+# the interpreter on the path, or that of pyenv; each has an environment of its own
+matrix:
+	@failed=; for version in 3.10 3.11 3.12 3.13; do \
+		for python in python$$version $${PYENV_ROOT:-$$HOME/.pyenv}/versions/$$version.*/bin/python none; do \
+			$$python -c '' 2>/dev/null && break; done; \
+		echo "== Python $$version: $$python"; \
+		[ $$python = none ] || $(MAKE) --no-print-directory PYTHON=$$python VENV=.venv-$$version \
+			lint test || failed="$$failed $$version"; \
+	done; [ -z "$$failed" ] || { echo "== failed with Python$$failed"; exit 1; }
+
+COVERED := test/core/geometry test/core/metric/test_kernels.py test/core/metric/test_displacement.py \
+	test/core/metric/test_landscape.py test/core/solve test/core/test_config.py test/core/test_retry.py \
+	test/core/maps/test_map_blocks.py
+
+# compiled, a kernel is one line to coverage; as plain Python most tests would take hours
+coverage: $(READY)
+	$(BIN)/python $(INSTALL) --constraint constraints.txt pytest-cov
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -W 'ignore:overflow encountered' \
+		--cov=idem_ros.core --cov-report=term-missing:skip-covered $(COVERED) $(ARGS)
 
 pins:
 	$(PYTHON) -m venv $(PINS)
@@ -173,7 +195,7 @@ fuzz: $(READY)
 	IDEM_INTERRUPTS=50 $(BIN)/python -m pytest -q test/terminal/test_interrupts.py
 
 clean:
-	rm -rf $(VENV) .venv-ros $(SITE) $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
+	rm -rf $(VENV) .venv-3.* .venv-ros $(SITE) $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
 
 $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
