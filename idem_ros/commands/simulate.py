@@ -1,8 +1,13 @@
 """`idem simulate`: record a simulated drive with exact truth."""
 
+import math
+
 from idem_ros.commands.exit_codes import OK, UsageError
 
 SCANS, MAP_POINTS, SEED = 21, 80_000, 0
+SCENES = ('street', 'room', 'forest', 'tunnel')
+TURN_RATE_DEG, SWEEP_S = 0.0, 0.1
+FASTEST, FASTEST_TURN_DEG, LONGEST_SWEEP = 100.0, 720.0, 1.0
 
 
 def add_parser(subparsers):
@@ -10,24 +15,40 @@ def add_parser(subparsers):
     parser = subparsers.add_parser(
         'simulate',
         help='record a simulated drive with exact truth',
-        description='Drive a LiDAR through a simulated street and write an MCAP: a map on '
+        description='Drive a LiDAR through a simulated scene and write an MCAP: a map on '
         '/target, scans on /source, guesses that are 1.5 deg and 0.3 m off on /initial_guess, '
-        'and the exact poses on /ground_truth. The defaults make bags/demo.mcap.',
+        'and the exact poses on /ground_truth. The defaults make bags/demo.mcap, whose scans are '
+        'each taken from one pose. With --speed the sensor drives while it scans: each point has '
+        'its time, in the field "time", and the guesses are an odometry of 5 % error.',
     )
     parser.add_argument('--out', metavar='FILE.mcap', required=True, help='recording to write')
     parser.add_argument('--seed', type=int, default=SEED, help='(default: %(default)s)')
     parser.add_argument('--scans', type=int, default=SCANS, help='(default: %(default)s)')
+    parser.add_argument(
+        '--scene', choices=SCENES, default=SCENES[0], help='(default: %(default)s)'
+    )
+    parser.add_argument('--speed', type=float, metavar='M/S', help='drive while scanning')
+    parser.add_argument(
+        '--turn-rate',
+        type=float,
+        metavar='DEG/S',
+        help=f'the fastest that it turns, with --speed (default: {TURN_RATE_DEG:g})',
+    )
+    parser.add_argument(
+        '--sweep', type=float, metavar='S', help=f'what a scan takes (default: {SWEEP_S:g})'
+    )
     parser.set_defaults(run=run)
 
 
 def run(args):
     """Simulate and write."""
+    from importlib import import_module
+
     import numpy as np
 
     from idem_ros.files.atomic_file import require_writable
     from idem_ros.recording.writer import write_mcap
-    from idem_ros.simulation.recording import drive_messages
-    from idem_ros.simulation.street import street
+    from idem_ros.simulation.recording import drive_messages, moving_messages
 
     if not args.out.endswith('.mcap'):
         raise UsageError(f'--out is {args.out}; its name must end in .mcap')
@@ -35,8 +56,35 @@ def run(args):
         raise UsageError(
             f'--seed is {args.seed} and --scans {args.scans}; they must be from 0 and from 2'
         )
+    motion = _motion(args)
     require_writable(args.out)
     rng = np.random.default_rng(args.seed)
-    write_mcap(args.out, drive_messages(street(rng), args.scans, MAP_POINTS, rng))
+    scene = getattr(import_module(f'idem_ros.simulation.{args.scene}'), args.scene)(rng)
+    if motion is None:
+        messages = drive_messages(scene, args.scans, MAP_POINTS, rng)
+    else:
+        messages = moving_messages(scene, motion, args.scans, MAP_POINTS, rng)
+    write_mcap(args.out, messages)
     print(f'{args.out}: {args.scans} scans against a map of {MAP_POINTS} points')
     return OK
+
+
+def _motion(args):
+    """Return the `Motion` that is asked for; None: every scan is from one pose."""
+    from idem_ros.simulation.recording import Motion
+
+    given = args.speed, args.turn_rate, args.sweep
+    if args.speed is None:
+        if any(each is not None for each in given):
+            raise UsageError('--turn-rate and --sweep are of a drive: give --speed, too')
+        return None
+    turn_rate = TURN_RATE_DEG if args.turn_rate is None else args.turn_rate
+    sweep = SWEEP_S if args.sweep is None else args.sweep
+    for name, value, low, high in (
+        ('--speed', args.speed, 0.0, FASTEST),
+        ('--turn-rate', turn_rate, 0.0, FASTEST_TURN_DEG),
+        ('--sweep', sweep, 0.01, LONGEST_SWEEP),
+    ):
+        if not low <= value <= high:
+            raise UsageError(f'{name} is {value:g}; it must be from {low:g} to {high:g}')
+    return Motion(args.speed, math.radians(turn_rate), sweep)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.geometry.se3 import checked_transform, rotate
+from idem_ros.core.geometry.se3 import checked_transform, exp, rotate
 from idem_ros.simulation.raycast import cast
 
 
@@ -66,12 +66,53 @@ def scan(scene, T_world_sensor, lidar, rng):
     """
     pose = checked_transform(T_world_sensor, 'T_world_sensor')
     directions = ray_directions(lidar, first_turn=rng.random())
+    ranges = cast(scene, pose[:3, 3], rotate(pose[:3, :3], directions), lidar.max_range_m)
+    points, _ = _returns(directions, ranges, lidar, rng)
+    return points
+
+
+def moving_scan(scene, T_world_sensor, twist, sweep_s, lidar, rng):
+    """Return the points of one turn of a sensor that moves meanwhile, and their times.
+
+    At the time t its pose is T_world_sensor exp(t twist), exactly; all rings of an azimuth are
+    measured at once.
+
+    Args:
+        scene: Scene in the world frame.
+        T_world_sensor: (4, 4) pose at the begin of the sweep.
+        twist: (6,) x y z [m/s] rx ry rz [rad/s] of the sensor, in its own axes.
+        sweep_s: what the turn takes [s].
+        lidar: Lidar.
+        rng: np.random.Generator; the same state gives the same points.
+
+    Returns:
+        (N, 3) points, each in the sensor frame at its own time [m], in the order of `scan`; and
+        (N,) times from the begin of the sweep [s].
+
+    Raises:
+        InvalidTransform: `T_world_sensor` is not a rigid transform.
+    """
+    pose = checked_transform(T_world_sensor, 'T_world_sensor')
+    directions = ray_directions(lidar, first_turn=rng.random())
+    steps = lidar.azimuth_steps
+    times = sweep_s * np.arange(steps) / steps
+    rays, origins = np.empty_like(directions), np.empty_like(directions)
+    for k, time in enumerate(times):
+        there = pose @ exp(time * np.asarray(twist, np.float64)[[3, 4, 5, 0, 1, 2]])
+        rays[k::steps] = rotate(there[:3, :3], directions[k::steps])
+        origins[k::steps] = there[:3, 3]
+    ranges = cast(scene, origins, rays, lidar.max_range_m)
+    points, kept = _returns(directions, ranges, lidar, rng)
+    return points, np.tile(times, lidar.rings)[kept]
+
+
+def _returns(directions, ranges, lidar, rng):
+    """Return the points of rays that return, in the sensor's frame, and which rays they are."""
     # Drawn for every ray, hit or not: a change of the scene leaves the other rays' noise alone.
     noise = rng.normal(0.0, lidar.range_noise_m, len(directions))
     kept = rng.random(len(directions)) >= lidar.dropout
-    ranges = cast(scene, pose[:3, 3], rotate(pose[:3, :3], directions), lidar.max_range_m)
     kept &= np.isfinite(ranges) & (ranges >= lidar.min_range_m)
-    return directions[kept] * (ranges + noise)[kept, None]
+    return directions[kept] * (ranges + noise)[kept, None], kept
 
 
 def ray_directions(lidar, first_turn=0.0):

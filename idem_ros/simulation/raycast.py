@@ -11,11 +11,11 @@ SECTORS = 128  # of the azimuth: a ray looks at the surfaces in its own only
 
 
 def cast(scene, origin, directions, max_range):
-    """Return the exact range of every ray from one origin.
+    """Return the exact range of every ray.
 
     Args:
         scene: Scene.
-        origin: (3,) where all rays start, in the scene's frame [m].
+        origin: (3,) where all rays start, or (n, 3) where each does, in the scene's frame [m].
         directions: (n, 3) unit vectors in the scene's frame.
         max_range: farthest hit [m].
 
@@ -24,14 +24,19 @@ def cast(scene, origin, directions, max_range):
     """
     boxes = np.column_stack([scene.boxes, np.cos(scene.boxes[:, 6]), np.sin(scene.boxes[:, 6])])
     rays = np.ascontiguousarray(directions, dtype=np.float64)
+    origins = np.atleast_2d(np.ascontiguousarray(origin, dtype=np.float64))
+    middle = origins[len(origins) // 2]
     bounds = bounding_spheres(scene)
-    bounds[:, :3] -= origin
+    bounds[:, :3] -= middle
+    # What a ray meets is as far from where one from the middle would be as their origins are.
+    apart = np.linalg.norm(origins - middle, axis=1).max()
     return _cast(
-        tuple(float(c) for c in origin),
+        origins,
+        origins - middle,
         rays,
         _sector(np.arctan2(rays[:, 1], rays[:, 0])) % SECTORS,
         float(max_range),
-        _by_sector(bounds, max_range),
+        _by_sector(bounds + (0.0, 0.0, 0.0, apart), max_range),
         bounds,
         (scene.triangles, boxes, scene.cylinders, scene.spheres),
     )
@@ -84,7 +89,8 @@ def _sector(azimuth):
 
 
 @kernel
-def _cast(origin, rays, sector, max_range, by_sector, bounds, surfaces):
+def _cast(origins, off, rays, sector, max_range, by_sector, bounds, surfaces):
+    each = np.int64(len(origins) > 1)
     start, nearest_first, least = by_sector
     triangles, boxes, cylinders, spheres = surfaces
     first_box = len(triangles)
@@ -93,13 +99,16 @@ def _cast(origin, rays, sector, max_range, by_sector, bounds, surfaces):
     ranges = np.empty(len(rays))
     for i in range(len(rays)):
         ray = (rays[i, 0], rays[i, 1], rays[i, 2])
+        at_own = i * each
+        origin = (origins[at_own, 0], origins[at_own, 1], origins[at_own, 2])
+        moved = (off[at_own, 0], off[at_own, 1], off[at_own, 2])
         nearest = np.inf
         limit = max_range
         for at in range(start[sector[i]], start[sector[i] + 1]):
             k = nearest_first[at]
             if least[at] > limit:
                 break
-            if _misses(bounds, k, ray, limit):
+            if _misses(bounds, k, moved, ray, limit):
                 continue
             if k < first_box:
                 distance = _to_triangle(triangles, k, origin, ray)
@@ -117,9 +126,10 @@ def _cast(origin, rays, sector, max_range, by_sector, bounds, surfaces):
 
 
 @kernel
-def _misses(bounds, k, ray, limit):
+def _misses(bounds, k, moved, ray, limit):
     """Whether the ray passes a bounding sphere by, or meets it only beyond `limit` or behind."""
-    x, y, z, radius = bounds[k, 0], bounds[k, 1], bounds[k, 2], bounds[k, 3]
+    x, y, z = bounds[k, 0] - moved[0], bounds[k, 1] - moved[1], bounds[k, 2] - moved[2]
+    radius = bounds[k, 3]
     along = x * ray[0] + y * ray[1] + z * ray[2]
     if along < -radius or along - radius > limit:
         return True

@@ -1,11 +1,13 @@
 """A recorded drive with exact truth: scans against one map, each with a guess that is off."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from idem_ros.core.geometry import se3
 from idem_ros.recording.messages import cloud_message, transform_message
-from idem_ros.simulation.drive import drive, perturbed
-from idem_ros.simulation.lidar import Lidar, scan
+from idem_ros.simulation.drive import drive, moving_drive, perturbed
+from idem_ros.simulation.lidar import Lidar, moving_scan, scan
 
 START = 10**9  # [ns]; a stamp of 0 would mean "timeless"
 STEP = 10**8  # [ns] between scans
@@ -14,9 +16,19 @@ GUESS_ROTATION_DEG, GUESS_TRANSLATION_M = 1.5, 0.3
 SCANNER = Lidar(azimuth_steps=560)
 MAPPER = Lidar(azimuth_steps=1200, lowest_deg=-30.0, highest_deg=25.0, range_noise_m=0.01)
 MAPPER_OFFSET_M = 1.2  # to the left of the route: another drive, on another day
+MAPPED_STOPS = 21  # along the route, of the drive that makes the map
+ODOMETRY_ERROR = 0.05  # standard deviation, of what was moved
 # Both are coarser than what sines, norms and splines differ by from one machine to another.
 RESOLUTION = 1e-3  # [m], of points
 POSE_DECIMALS = 8  # of a translation [m] and a quaternion
+
+
+class Motion(NamedTuple):
+    """How a sensor drives."""
+
+    speed: float  # [m/s]
+    turn_rate: float = 0.0  # [rad/s], at most, beside the route's own
+    sweep_s: float = 0.1  # [s]: what a scan takes
 
 
 def drive_messages(scene, scans, map_points, rng):
@@ -35,12 +47,47 @@ def drive_messages(scene, scans, map_points, rng):
         points = _rounded(scan(scene, T_map_lidar, SCANNER, rng))
         guess = perturbed(T_map_lidar, GUESS_ROTATION_DEG, GUESS_TRANSLATION_M, rng)
         yield '/source', stamp, cloud_message(points, stamp, 'lidar')
-        for topic, delay, pose in (
-            ('/initial_guess', GUESS_DELAY, guess),
-            ('/ground_truth', TRUTH_DELAY, T_map_lidar),
-        ):
-            message = transform_message(pose, stamp, 'map', 'lidar', POSE_DECIMALS)
-            yield topic, stamp + delay, message
+        yield _posed('/initial_guess', stamp, GUESS_DELAY, guess)
+        yield _posed('/ground_truth', stamp, TRUTH_DELAY, T_map_lidar)
+
+
+def moving_messages(scene, motion, scans, map_points, rng):
+    """Yield (topic, log time [ns], message) of a drive without a halt, scanned sweep after sweep.
+
+    A scan's stamp is the begin of its sweep, and its field `time` tells when each point was
+    measured. The guesses are an odometry's: off by as much as in `drive_messages` at the first
+    scan, and from scan to scan by `ODOMETRY_ERROR` of what it moved. The truth is told at the
+    begin of each sweep and at the end of the last; between two, the sensor moves by one twist.
+
+    Args:
+        scene: Scene with a route; its frame is that of the map.
+        motion: `Motion`.
+        scans: how many.
+        map_points: how many points the map is thinned to.
+        rng: np.random.Generator.
+    """
+    target = map_of(scene, MAPPED_STOPS, map_points, rng)
+    yield '/target', START, cloud_message(_rounded(target), START, 'map')
+    poses, twists = moving_drive(scene, scans, rng, *motion)
+    guess = perturbed(poses[0], GUESS_ROTATION_DEG, GUESS_TRANSLATION_M, rng)
+    takes = round(1e9 * motion.sweep_s)
+    for i, (pose, twist) in enumerate(zip(poses, twists, strict=False)):
+        stamp = START + takes * (i + 1)
+        seen, times = moving_scan(scene, pose, twist, motion.sweep_s, SCANNER, rng)
+        columns = {'time': times.astype(np.float32)}
+        yield '/source', stamp, cloud_message(_rounded(seen), stamp, 'lidar', columns=columns)
+        yield _posed('/initial_guess', stamp, GUESS_DELAY, guess)
+        yield _posed('/ground_truth', stamp, TRUTH_DELAY, pose)
+        told = motion.sweep_s * twist * (1.0 + ODOMETRY_ERROR * rng.normal(size=6))
+        guess = guess @ se3.exp(told[[3, 4, 5, 0, 1, 2]])
+    stamp = START + takes * (scans + 1)
+    yield _posed('/initial_guess', stamp, GUESS_DELAY, guess)
+    yield _posed('/ground_truth', stamp, TRUTH_DELAY, poses[-1])
+
+
+def _posed(topic, stamp, delay, pose):
+    message = transform_message(pose, stamp, 'map', 'lidar', POSE_DECIMALS)
+    return topic, stamp + delay, message
 
 
 def map_of(scene, scans, map_points, rng):
