@@ -20,6 +20,11 @@ if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.metric.region_of_interest import region_on_grid as region_on_grid
     from idem_ros.core.registration import register as register
     from idem_ros.core.result import RegistrationResult as RegistrationResult
+    from idem_ros.core.several.joint_registration import register_all as register_all
+    from idem_ros.core.several.joint_result import CloudVerdict as CloudVerdict
+    from idem_ros.core.several.joint_result import Edge as Edge
+    from idem_ros.core.several.joint_result import JointResult as JointResult
+    from idem_ros.core.several.prior import PosePrior as PosePrior
     from idem_ros.core.solve.newton import Termination as Termination
     from idem_ros.core.solve.tuning import SolverTuning as SolverTuning
     from idem_ros.core.solve.tuning import TrustTuning as TrustTuning
@@ -42,6 +47,11 @@ _LOADED_LATER = {
     'q_per_point': 'metric.q_tot',
     'q_tot': 'metric.q_tot',
     'register': 'registration',
+    'register_all': 'several.joint_registration',
+    'JointResult': 'several.joint_result',
+    'CloudVerdict': 'several.joint_result',
+    'Edge': 'several.joint_result',
+    'PosePrior': 'several.prior',
     'search_radius': 'metric.q_tot',
     'Landscape': 'metric.landscape',
     'region_along_axes': 'metric.region_of_interest',

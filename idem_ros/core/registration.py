@@ -81,7 +81,7 @@ def register(
     config = RegistrationConfig() if config is None else config
     if not isinstance(config, RegistrationConfig):
         raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
-    workers = _workers(config)
+    workers = workers_of(config)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     target, source = _clouds(target, source, config)
     sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
@@ -226,7 +226,7 @@ def _unsolved(
     )
 
 
-def _workers(config: RegistrationConfig) -> tuple[Workers, Workers]:
+def workers_of(config: RegistrationConfig) -> tuple[Workers, Workers]:
     """Return the `Workers` of the solve, and those of a late result's verdict."""
     if config.budget_ms is None:
         return Workers(config.threads), Workers(config.threads)

@@ -136,3 +136,37 @@ def undistort(points, times, twist, reference):
             motion = motion + term
         undone.append(motion[:3, :3] @ p + motion[:3, 3])
     return np.array(undone)
+
+
+def joint_q_tot(clouds, radius, scale):
+    """Eq. 8 over the union of several clouds, all in one frame."""
+    union = np.vstack(clouds)
+    return sum(
+        entropy(ball(union, p, radius), scale) - entropy(ball(cloud, p, radius), scale)
+        for cloud in clouds
+        for p in cloud
+    )
+
+
+def members_of_joint_balls(clouds, radius):
+    """(cloud, number, [indices in each cloud]) of each point that meets another cloud."""
+    found = []
+    for c, cloud in enumerate(clouds):
+        for i, p in enumerate(cloud):
+            members = [np.flatnonzero(np.linalg.norm(o - p, axis=1) <= radius) for o in clouds]
+            if sum(map(len, members)) > len(members[c]):
+                found.append((c, i, members))
+    return found
+
+
+def held_joint_q(clouds, balls, scale, noise):
+    """Sum of joint entropies of balls whose members are held: `members_of_joint_balls`."""
+    total = 0.0
+    for _, _, members in balls:
+        points = np.vstack([cloud[some] for cloud, some in zip(clouds, members, strict=True)])
+        if len(points) > 3:
+            deviations = points - points.mean(axis=0)
+            sigma = deviations.T @ deviations / len(points) + noise * np.eye(3)
+            det = np.linalg.det(sigma) / scale**6
+            total += 0.5 * math.log1p((2 * math.pi * math.e) ** 3 * det)
+    return total

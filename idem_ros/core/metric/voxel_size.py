@@ -1,8 +1,8 @@
-"""A voxel size that suits two clouds: from spacing, thickness of surfaces, and extent.
+"""A voxel size that suits two clouds, or more: from spacing, thickness of surfaces, and extent.
 
 Each cloud is looked at once, at the sizes of one ladder, 2^(k/2) of its unit of length: how many
-voxels it fills, and down to which size balls of voxels hold surfaces. Two clouds take the finest
-size that suits both. The steps are coarse, so that the scans of a sensor, and a map that they are
+voxels it fills, and down to which size balls of voxels hold surfaces. Clouds take the finest
+size that suits all. The steps are coarse, so that the scans of a sensor, and a map that they are
 registered to, share a size.
 """
 
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 
 PER_OCTAVE = 2
-MOST_VOXELS = 10_000  # of the cloud that fills fewer: what is finer costs more than it gains
+# Of the cloud that fills fewer, of several the median: what is finer costs more than it gains.
+MOST_VOXELS = 10_000
 LEAST_VOXELS = 2_000  # what is coarser loses the scene; of small clouds half their points
 # Of voxels' edges, the flattest quarter of the surfaces: noise fills finer voxels. It is alike in
 # neighbouring pixels of a depth camera, so that their number does not help.
@@ -57,18 +58,16 @@ class Fit(NamedTuple):
         return self.coarsest - len(self.voxels) + 1
 
 
-def with_voxel_size(
-    config: RegistrationConfig, target: Cloud, source: Cloud
-) -> RegistrationConfig:
+def with_voxel_size(config: RegistrationConfig, *clouds: Cloud) -> RegistrationConfig:
     """Return a `RegistrationConfig` whose voxel size is a number or None, never `AUTO`.
 
     Args:
         config: `RegistrationConfig`.
-        target, source: `Cloud`s; exchanged they are given the same size.
+        clouds: `Cloud`s; in any order they are given the same size.
     """
     if config.voxel_size != AUTO:
         return config
-    return _with(config, common_voxel_size(target.voxel_fit(), source.voxel_fit()))
+    return _with(config, common_voxel_size(*(cloud.voxel_fit() for cloud in clouds)))
 
 
 def with_voxel_size_of(config: RegistrationConfig, scan: Cloud) -> RegistrationConfig:
@@ -95,13 +94,15 @@ def size_found(config: RegistrationConfig) -> float | None:
     return size
 
 
-def common_voxel_size(one: Fit | None, other: Fit | None) -> float | None:
-    """Return the finest voxel size that suits both of two `Fit`s; None: points as given."""
-    if one is None or other is None or max(one.points, other.points) < FEW_POINTS:
+def common_voxel_size(*fits: Fit | None) -> float | None:
+    """Return the finest voxel size that suits all of the `Fit`s; None: points as given."""
+    known = [fit for fit in fits if fit is not None]
+    if len(known) < len(fits) or max(fit.points for fit in known) < FEW_POINTS:
         return None
-    begin, end = max(one.finest, other.finest), min(one.coarsest, other.coarsest)
+    begin, end = max(fit.finest for fit in known), min(fit.coarsest for fit in known)
     for step in range(begin, end):
-        if min(fit.voxels[fit.coarsest - step] for fit in (one, other)) <= MOST_VOXELS:
+        filled = sorted(fit.voxels[fit.coarsest - step] for fit in known)
+        if filled[(len(filled) - 1) // 2] <= MOST_VOXELS:
             return edge(step)
     return edge(end)
 

@@ -139,13 +139,13 @@ def _add(balls: Floats, n: Integer, R: RotationMatrix, cost: BallCost, sums: Flo
                 f *= balance(joint, cross, cost.apart2)
             p = balls[0, i], balls[1, i], balls[2, i]
             more = bend(joint, cross) if cost.levelled else 0.0
-            pull = _plus6(pull, _pull(p, cross, joint, w, f, more))
+            pull = _plus6(pull, pull_of(p, cross, joint, w, f, more))
             n_B = cross[0]
             x = p[0] + cross[1] / n_B, p[1] + cross[2] / n_B, p[2] + cross[3] / n_B
             f *= n_B * (1.0 - n_B / joint[0])
             vv = _plus6(vv, scaled(w, f))
-            wv = _plus9(wv, _turning(x, w, f))
-            ww = _plus6(ww, _turned(x, w, f))
+            wv = _plus9(wv, turning(x, w, f))
+            ww = _plus6(ww, turned(x, w, f))
     _write(sums[1:], pull, vv, wv, ww)
     if cost.valued:
         for i in range(n):  # on its own: a logarithm would keep the loop above from vector code
@@ -161,7 +161,9 @@ def _moments_of(rows: Floats, i: Integer) -> Moments:
 
 
 @kernel
-def _pull(p: Triple, cross: Moments, joint: Moments, w: Symmetric, f: float, more: float) -> _Six:
+def pull_of(
+    p: Triple, cross: Moments, joint: Moments, w: Symmetric, f: float, more: float
+) -> _Six:
     """Return one centre's gradient (omega, v); the sums of a ball are relative to its centre p.
 
     more: own points count as this much farther from the centre.
@@ -190,7 +192,7 @@ def _pull(p: Triple, cross: Moments, joint: Moments, w: Symmetric, f: float, mor
 
 
 @kernel
-def _turning(p: Triple, w: Symmetric, f: float) -> _Nine:
+def turning(p: Triple, w: Symmetric, f: float) -> _Nine:
     """Return f [x]_x W, of f J^T W J with J = [-[x]_x, I] for the motion of the moving mean x."""
     x, y, z = p
     xx, xy, xz, yy, yz, zz = w
@@ -202,10 +204,10 @@ def _turning(p: Triple, w: Symmetric, f: float) -> _Nine:
 
 
 @kernel
-def _turned(p: Triple, w: Symmetric, f: float) -> _Six:
+def turned(p: Triple, w: Symmetric, f: float) -> _Six:
     """Return the upper half of -f [x]_x W [x]_x."""
     x, y, z = p
-    a00, a01, a02, a10, a11, a12, a20, a21, _ = _turning(p, w, f)
+    a00, a01, a02, a10, a11, a12, a20, a21, _ = turning(p, w, f)
     return (
         *(a02 * y - a01 * z, a00 * z - a02 * x, a01 * x - a00 * y),
         *(a10 * z - a12 * x, a11 * x - a10 * y, a21 * x - a20 * y),

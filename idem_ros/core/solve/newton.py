@@ -2,7 +2,7 @@
 
 from enum import Enum
 from math import hypot
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -93,8 +93,8 @@ def minimize(
                 relaxation, transform = 1.0, moved(last.transform, last.step)
                 continue
             if last is not None:
-                secant = _secant(relaxation, last.step, step, matrix)
-                relaxation = secant if iteration <= PATIENCE else min(secant, relaxation)
+                found = secant(relaxation, last.step, step, matrix)
+                relaxation = found if iteration <= PATIENCE else min(found, relaxation)
             last = _Move(transform, step, left)
             transform = moved(transform, relaxation * step)
             if _is_short(step if iteration <= PATIENCE else relaxation * step, criteria):
@@ -143,8 +143,11 @@ def accept(left: float, before: float, relaxation: float) -> bool:
     return relaxation <= MAJORISED or left <= OVERSHOT * before
 
 
-def _secant(relaxation: float, last: Twist, step: Twist, matrix: Matrix6) -> float:
-    """Return Aitken's relaxation: how far along the last step would the step have vanished?"""
+def secant(relaxation: float, last: Floats, step: Floats, matrix: Any) -> float:
+    """Return Aitken's relaxation: how far along the last step would the step have vanished?
+
+    Of steps (n,) and a matrix (n, n), which may be sparse.
+    """
     change = step - last
     shrinking = -(last @ matrix @ change)
     curvature = change @ matrix @ change

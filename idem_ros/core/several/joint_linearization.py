@@ -1,0 +1,258 @@
+"""q_tot of several clouds (Eq. 8 over the union of all), linearised in a small motion of each.
+
+A ball holds n_b members of cloud b, N in all, with the mean m; W = Sigma^-1 and
+rho = c det Sigma / (1 + c det Sigma), as of two clouds. With the members held,
+
+    dq / d(omega_b, v_b) = (rho / N) sum_{l in b} (x_l - m)^T W [-[x_l]x, I]
+
+The sum of these over all clouds of a ball vanishes: a common motion changes nothing. The matrix
+is (rho / N) (delta_bb' n_b - n_b n_b' / N) J^T W J, with J = [-[p]x, I] at the ball's centre p for
+all of its clouds: so that it, too, vanishes for a common motion. Its diagonal is then the sum of
+what is off it, which alone is added up.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from idem_ros.core.arrays import (
+    Floats,
+    Integer,
+    Integers,
+    Integers32,
+    Moments,
+    Points,
+    Symmetric,
+    Transforms,
+    Triple,
+    Weights,
+)
+from idem_ros.core.blocks import in_threads
+from idem_ros.core.geometry.symmetric3 import determinant, inverse
+from idem_ros.core.jit import kernel
+from idem_ros.core.metric.candidates import Candidates
+from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
+from idem_ros.core.metric.moments import covariance, plus, point_of, row_of
+from idem_ros.core.several.joint_balls import SHARES, JointBalls, Placed
+from idem_ros.core.solve.ball_cost import BallCost, balance, with_noise, without_tangential
+from idem_ros.core.solve.linearization import pull_of, turned, turning
+
+SAMPLE = 16_384  # centres, about, that the matrix is taken from: it only steers
+BLOCK_SUMS = 21  # of J^T W J: vv (6), omega-v (9), omega-omega (6)
+
+
+class JointLinearization(NamedTuple):
+    """q_tot near poses, in a twist (omega, v) of each cloud about the common frame's origin."""
+
+    pulls: Floats  # (K, 6): gradient; or (G, K, 6), of groups of centres
+    pairs: Integers  # (E, 2): clouds that share a ball, the lesser number first
+    blocks: Floats  # (E, 21): minus the matrix's block of each pair
+
+
+def linearized(
+    balls: JointBalls, cost: BallCost, poses: Transforms, sample: float = SAMPLE
+) -> JointLinearization:
+    """Return the `JointLinearization` at poses (K, 4, 4).
+
+    sample: how many centres the matrix is taken from, about.
+    """
+    lists, placed = balls.placed(poses)
+    stride = max(int(len(lists.order) / sample), 1)
+    pulls = np.zeros((SHARES, balls.count, 6))
+    blocks = np.zeros((SHARES, len(lists.pairs), BLOCK_SUMS))
+    groups = np.zeros(len(lists.order), np.int64)
+
+    def add(share: int) -> None:
+        """Add the centres of a share to its sums."""
+        sums = pulls[share][None], blocks[share]
+        for begin, candidates in balls.blocks(lists, share):
+            accumulate(placed, candidates, begin, groups, cost, (lists.pair_of, stride), sums)
+
+    in_threads(balls.workers, add, range(SHARES))
+    return JointLinearization(pulls.sum(axis=0), lists.pairs, blocks.sum(axis=0))
+
+
+def linearized_by_group(
+    balls: JointBalls, cost: BallCost, poses: Transforms, edge: float, period: int
+) -> JointLinearization:
+    """Return the `JointLinearization` whose gradients (G, K, 6) are of cubes of space.
+
+    Cubes of the given edge, which repeat after `period` along each axis: G = period^3.
+    """
+    lists, placed = balls.placed(poses)
+    place = np.floor(placed.points / edge).astype(np.int64) % period
+    groups = (place[:, 2] * period + place[:, 1]) * period + place[:, 0]
+    pulls = np.zeros((period**3, balls.count, 6))
+    blocks = np.zeros((len(lists.pairs), BLOCK_SUMS))
+    for share in range(SHARES):
+        for begin, candidates in balls.blocks(lists, share):
+            into = (lists.pair_of, 1), (pulls, blocks)
+            accumulate(placed, candidates, begin, groups, cost, *into)
+    return JointLinearization(pulls, lists.pairs, blocks)
+
+
+@kernel
+def accumulate(
+    placed: Placed,
+    candidates: Candidates,
+    begin: int,
+    group: Integers,
+    cost: BallCost,
+    matrix: tuple[Integers32, int],
+    sums: tuple[Floats, Floats],
+) -> None:
+    """Add gradient and matrix of a block of balls to sums.
+
+    Args:
+        placed: all points.
+        candidates: of the block's centres.
+        begin: the first of these among all points.
+        group: (N,) which group each centre is in.
+        cost: `BallCost`; neither valued nor levelled.
+        matrix: which pair two clouds are, (K, K), and each which centre it is taken from.
+        sums: (G, K, 6) and (E, 21).
+    """
+    (pair_of, stride), (pulls, blocks) = matrix, sums
+    first, member = candidates
+    moments = np.zeros((pulls.shape[1], 10))
+    seen = np.empty(pulls.shape[1], np.int32)
+    for k in range(first.shape[0] - 1):
+        i = begin + k
+        n = members_by_cloud(placed, i, (first[k], first[k + 1]), member, cost.r2, moments, seen)
+        if n == 0:
+            continue
+        p, own = point_of(placed.points, i), row_of(placed.own, i)
+        joint = own
+        for q in range(n):
+            joint = plus(joint, row_of(moments, seen[q]))
+        f, w = _weighed(joint, own, cost)
+        if f > 0.0:
+            _add_pulls(p, joint, (f, w), placed.cloud[i], seen[:n], moments, pulls[group[i]])
+            if i % stride == 0:
+                of_centre = placed.cloud[i], own[0]
+                f *= stride / joint[0]
+                _add_blocks(p, (f, w), of_centre, seen[:n], moments, pair_of, blocks)
+        for q in range(n):
+            for c in range(10):
+                moments[seen[q], c] = 0.0
+
+
+@kernel
+def members_by_cloud(
+    placed: Placed,
+    i: Integer,
+    span: tuple[Integer, Integer],
+    member: Integers32,
+    r2: float,
+    moments: Floats,
+    seen: Integers32,
+) -> int:
+    """Add the moments (K, 10) of a ball's members by their clouds; return of how many there are.
+
+    seen: filled with these clouds.
+    """
+    points: Points = placed.points
+    weights: Weights = placed.weights
+    x, y, z = point_of(points, i)
+    n = 0
+    for c in range(np.uint64(span[0]), np.uint64(span[1])):
+        j = np.uint64(member[c])
+        dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
+        if dx * dx + dy * dy + dz * dz > r2:
+            continue
+        m = moments[placed.cloud[j]]
+        if m[0] == 0.0:
+            seen[n] = placed.cloud[j]
+            n += 1
+        w = weights[j, 0]
+        wx, wy, wz = w * dx, w * dy, w * dz
+        m[0] += w
+        m[1] += wx
+        m[2] += wy
+        m[3] += wz
+        m[4] += wx * dx + weights[j, 1]
+        m[5] += wx * dy + weights[j, 2]
+        m[6] += wx * dz + weights[j, 3]
+        m[7] += wy * dy + weights[j, 4]
+        m[8] += wy * dz + weights[j, 5]
+        m[9] += wz * dz + weights[j, 6]
+    return n
+
+
+@kernel
+def _weighed(joint: Moments, own: Moments, cost: BallCost) -> tuple[float, Symmetric]:
+    """Return rho / N and W of a ball; 0.0 where it has no entropy."""
+    if joint[0] <= MOST_WITHOUT_ENTROPY:
+        return 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    sigma = with_noise(covariance(joint), cost.noise)
+    det = determinant(sigma)
+    if det <= 0.0:
+        return 0.0, sigma
+    w = inverse(sigma, det)
+    f = cost.c * det / (1.0 + cost.c * det) / joint[0]
+    if cost.tangential:
+        w = without_tangential(w)
+        others = (
+            *(joint[0] - own[0], joint[1] - own[1], joint[2] - own[2], joint[3] - own[3]),
+            *(joint[4] - own[4], joint[5] - own[5], joint[6] - own[6]),
+            *(joint[7] - own[7], joint[8] - own[8], joint[9] - own[9]),
+        )
+        f *= balance(joint, others, cost.apart2)
+    return f, w
+
+
+@kernel
+def _add_pulls(
+    p: Triple,
+    joint: Moments,
+    weight: tuple[float, Symmetric],
+    a: Integer,
+    seen: Integers32,
+    moments: Floats,
+    pulls: Floats,
+) -> None:
+    """Add the gradient (K, 6) of a ball around a point of cloud a, whose own is minus the rest."""
+    f, w = weight
+    for b in seen:
+        pull = pull_of(p, row_of(moments, b), joint, w, f, 0.0)
+        for c in range(6):
+            pulls[b, c] += pull[c]
+            pulls[a, c] -= pull[c]
+
+
+@kernel
+def _add_blocks(
+    p: Triple,
+    weight: tuple[float, Symmetric],
+    of_centre: tuple[Integer, float],
+    seen: Integers32,
+    moments: Floats,
+    pair_of: Integers32,
+    blocks: Floats,
+) -> None:
+    """Add n_b n_b' J^T W J of a ball to the blocks (E, 21) of its pairs of clouds."""
+    (f, w), (a, n_own) = weight, of_centre
+    wv, ww = turning(p, w, f), turned(p, w, f)
+    vv = (f * w[0], f * w[1], f * w[2], f * w[3], f * w[4], f * w[5])
+    for q in range(len(seen)):
+        b = seen[q]
+        n_b = moments[b, 0]
+        _add_block(blocks[pair_of[a, b]], n_own * n_b, vv, wv, ww)
+        for o in range(q):
+            other = seen[o]
+            _add_block(blocks[pair_of[b, other]], n_b * moments[other, 0], vv, wv, ww)
+
+
+@kernel
+def _add_block(
+    block: Floats,
+    f: float,
+    vv: Symmetric,
+    wv: tuple[float, float, float, float, float, float, float, float, float],
+    ww: Symmetric,
+) -> None:
+    for c in range(6):
+        block[c] += f * vv[c]
+        block[15 + c] += f * ww[c]
+    for c in range(9):
+        block[6 + c] += f * wv[c]

@@ -1,0 +1,101 @@
+import math
+
+import naive
+import numpy as np
+import pytest
+from clouds import motion, surface
+
+from idem_ros.core.blocks import Workers
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.several.joint_agreement import agreement_at
+from idem_ros.core.several.joint_balls import JointBalls
+from idem_ros.core.several.joint_linearization import linearized
+from idem_ros.core.several.system import system_of
+from idem_ros.core.solve.ball_cost import BallCost
+
+RADIUS, NOISE, STEP = 0.35, 1e-4, 1e-6
+
+
+@pytest.fixture
+def scene(rng):
+    """Four clouds, poses of their origins' frames, and the points where these put them."""
+    clouds = [Cloud(surface(rng, n, 0.01)) for n in (90, 60, 75, 50)]
+    poses = np.array([motion(rng, 5, 0.05) for _ in clouds])
+    return clouds, poses
+
+
+def placed(clouds, poses):
+    return [se3.transform_points(T, c.points) for T, c in zip(poses, clouds, strict=True)]
+
+
+def cost(tangential=False):
+    c = (2 * np.pi * np.e) ** 3 / RADIUS**6
+    return BallCost(RADIUS**2, c, NOISE, tangential, math.inf, False, False)
+
+
+def test_q_tot_of_several_clouds_is_that_of_their_union(scene):
+    clouds, poses = scene
+    found = agreement_at(JointBalls(clouds, RADIUS), poses, RADIUS)
+    assert found.q_tot == pytest.approx(naive.joint_q_tot(placed(clouds, poses), RADIUS, RADIUS))
+
+
+def test_the_sums_between_two_clouds_are_those_of_the_two_alone(scene):
+    clouds, poses = scene
+    found = agreement_at(JointBalls(clouds, RADIUS), poses, RADIUS)
+    a, b = placed(clouds, poses)[1:3]
+    assert found.q_between[1, 2] + found.q_between[2, 1] == pytest.approx(
+        naive.joint_q_tot([a, b], RADIUS, RADIUS)
+    )
+    near = np.linalg.norm(a[:, None] - b[None], axis=2) <= RADIUS
+    assert found.met[1, 2] == near.any(axis=1).sum()
+    assert found.met[2, 1] == near.any(axis=0).sum()
+
+
+def test_the_gradient_is_that_of_finite_differences_with_the_members_held(scene):
+    clouds, poses = scene
+    pulls = linearized(JointBalls(clouds, RADIUS), cost(), poses).pulls
+    points = placed(clouds, poses)
+    balls = naive.members_of_joint_balls(points, RADIUS)
+
+    def q(k, twist):
+        moved = list(points)
+        moved[k] = se3.transform_points(se3.exp(twist), points[k])
+        return naive.held_joint_q(moved, balls, RADIUS, NOISE)
+
+    for k in range(len(clouds)):
+        for twist in STEP * np.eye(6):
+            slope = (q(k, twist) - q(k, -twist)) / (2 * STEP)
+            assert pulls[k, np.argmax(twist)] == pytest.approx(slope, rel=1e-4, abs=1e-5)
+
+
+@pytest.mark.parametrize('tangential', [False, True])
+def test_a_common_motion_changes_nothing(scene, tangential):
+    clouds, poses = scene
+    found = linearized(JointBalls(clouds, RADIUS), cost(tangential), poses)
+    np.testing.assert_allclose(found.pulls.sum(axis=0), 0.0, atol=1e-9 * np.abs(found.pulls).max())
+    # each cloud's twist is about its own middle: a common turn moves these, too
+    common = np.r_[0.1, -0.2, 0.3, 1.0, 2.0, -1.0]
+    twists = np.tile(common, (len(clouds), 1))
+    twists[:, 3:] += np.cross(common[:3], poses[:, :3, 3])
+    matrix = system_of(found, poses, np.zeros(len(clouds), bool)).matrix
+    pushed = matrix @ twists.ravel()
+    np.testing.assert_allclose(pushed, 0.0, atol=1e-9 * abs(matrix).max())
+
+
+def test_any_number_of_threads_gives_the_same_bits(scene, rng):
+    clouds = [Cloud(surface(rng, 6000, 0.01)) for _ in range(3)]
+    poses = np.array([motion(rng, 2, 0.02) for _ in clouds])
+    one, two = (
+        linearized(JointBalls(clouds, 0.08, Workers(threads)), cost(True), poses)
+        for threads in (1, 3)
+    )
+    np.testing.assert_array_equal(one.pulls, two.pulls)
+    np.testing.assert_array_equal(one.blocks, two.blocks)
+
+
+def test_lists_too_long_to_keep_give_the_same(scene):
+    clouds, poses = scene
+    kept = linearized(JointBalls(clouds, RADIUS), cost(True), poses)
+    anew = linearized(JointBalls(clouds, RADIUS, most_kept=16), cost(True), poses)
+    np.testing.assert_array_equal(kept.pulls, anew.pulls)
