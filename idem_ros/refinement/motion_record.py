@@ -12,7 +12,7 @@ def motion_record(result, reference):
         return {'motion_flaw': result.motion_flaw}
     if result.twist is None:
         return {}
-    covariance = getattr(result, 'twist_covariance', None)
+    covariance = None if result.assessment is None else result.assessment.twist_covariance
     return {
         'twist': result.twist.tolist(),
         **({} if covariance is None else {'twist_covariance': covariance.tolist()}),

@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clouds import error_of, motion, surface
+from sweeps import START, TWIST, driven, points_of_sweep
 
 from idem_ros.commands.main import main
 from idem_ros.commands.options import CLOUD_KINDS
@@ -31,7 +32,7 @@ def test_prints_the_pose_and_how_it_ended(files, capsys):
     assert degrees < 1.0
     assert distance < 0.02
     assert out.splitlines()[5].startswith('converged after ')
-    assert out.splitlines()[6].startswith('aligned (p_aligned 0.9')
+    assert out.splitlines()[6].startswith(('aligned (p_aligned 0.9', 'aligned (p_aligned 1.0'))
 
 
 def test_standard_deviations_have_units_and_a_place(files, capsys):
@@ -192,3 +193,24 @@ def test_an_input_is_never_replaced_by_the_pose(files, capsys, option):
 def test_the_exit_code_says_whether_it_converged(files, capsys):
     assert main(['register', 'target.npy', 'source.npy', '--voxel-size', '1000']) == 1
     assert 'too_few_points' in capsys.readouterr().out
+
+
+def test_the_motion_of_a_sweep_is_solved_for_where_the_file_has_times(
+    tmp_path, rng, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    points, times = points_of_sweep(rng, driven, START)
+    np.save('swept.npy', np.rec.fromarrays([*points.T, times], names='x,y,z,time'))
+    np.save('map.npy', surface(rng, 6000, 0.003))
+    options = ['--motion', 'solve', '--voxel-size', '0.08', '--json']
+    assert main(['register', 'map.npy', 'swept.npy', *options]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert error_of(np.array(record['T_target_source']), np.eye(4))[1] < 0.005
+    np.testing.assert_allclose(record['twist'], TWIST, atol=0.15)
+    assert main(['register', 'map.npy', 'swept.npy', *options[:-1]]) == 0
+    assert 'motion of the sweep undone: half of the points moved by' in capsys.readouterr().out
+
+
+def test_a_motion_that_two_files_do_not_tell_is_refused(files, capsys):
+    assert main(['register', 'target.npy', 'source.npy', '--motion', 'last']) == 2
+    assert 'solve finds it' in capsys.readouterr().err

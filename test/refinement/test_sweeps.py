@@ -17,10 +17,14 @@ from sweeps import (
     uneven,
 )
 
-from idem_ros.core import RegistrationConfig
+from idem_ros.core import RegistrationConfig, undistort
+from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.pairing.guesses import Guess, GuessConfig, StreamedGuesses
 from idem_ros.pairing.pair import Pair
 from idem_ros.pairing.trail import UncoveredSweep
+from idem_ros.refinement.diagnostics import refinement_values
+from idem_ros.refinement.motion_record import motion_record
+from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.refiner import Refiner
 
@@ -40,6 +44,11 @@ def guess_at(stamp, path, offsets):
 def pair_at(rng, path, offsets, stamp=STAMP, target=None, **sweep):
     source = sweep_message(rng, path, stamp, **sweep)
     return Pair(target or map_message(rng), source, guess_at(stamp, path, offsets))
+
+
+def points_of(message):
+    read = read_points(message, PointTimeConfig())
+    return read.points, read.times.times
 
 
 EVERY_20_MS = np.round(np.arange(-0.1, 0.161, 0.02), 6)
@@ -119,14 +128,14 @@ def test_a_guess_that_comes_alone_tells_no_motion_and_that_is_said(rng, guess):
 def test_the_motion_from_one_usable_result_to_the_next_goes_on(rng):
     refiner = Refiner(replace(CONFIG, motion='last'))
     target, found = map_message(rng), []
-    for k in range(5):
+    for k in range(8):
         stamp = START + k * PERIOD
         found.append(refiner.refine(pair_at(rng, driven, EVERY_20_MS, stamp, target)))
     assert 'two usable results' in found[0].result.motion_flaw
     assert found[1].result.twist is None
-    for k in (3, 4):
+    for k in (6, 7):
         truth = driven(k * PERIOD / 1e9)
-        assert error_of(found[k].result.T_target_source, truth)[1] < 0.006
+        assert error_of(found[k].result.T_target_source, truth)[1] < 0.004
         np.testing.assert_allclose(found[k].result.twist, TWIST, atol=0.1)
 
 
@@ -162,3 +171,26 @@ def test_other_points_left_out_take_their_times_with_them(rng):
     assert refined.cropped > 0
     assert refined.thinned > 0
     assert error_of(refined.result.T_target_source, driven(PERIOD / 1e9))[1] < 0.005
+
+
+def test_a_motion_that_nobody_tells_is_solved_for_with_the_pose(rng):
+    pair = replace(pair_at(rng, driven, EVERY_20_MS), guess=Guess(driven(PERIOD / 1e9)))
+    refined = Refiner(replace(CONFIG, motion='solve'), judge_guess=True).refine(pair)
+    assert error_of(refined.result.T_target_source, driven(PERIOD / 1e9))[1] < 0.005
+    np.testing.assert_allclose(refined.result.twist, TWIST, atol=0.5)
+    still = undistort(*points_of(pair.source), refined.result.twist, 'stamp')
+    took_part = refined.took_part.source
+    np.testing.assert_allclose(took_part.points + took_part.origin, still, atol=1e-9)
+    record = motion_record(refined.result, refined.reference)
+    sigmas = np.sqrt(np.diag(record['twist_covariance']))
+    assert (np.abs(refined.result.twist - TWIST) < 4.0 * sigmas).all()
+    assert len(refinement_values(refined, 0)['sigma_twist'].split()) == 6
+
+
+def test_a_solve_of_scans_goes_on_from_the_motion_found_last(rng):
+    refiner = Refiner(replace(CONFIG, motion='solve'))
+    for target, source in itertools.pairwise(scans(rng, 4)):
+        guess = Guess(driven(PERIOD / 1e9), FRAMES[1], FRAMES[1])
+        result = refiner.refine(Pair(target, source, guess)).result
+    assert error_of(result.T_target_source, driven(PERIOD / 1e9))[1] < 0.01
+    np.testing.assert_allclose(result.twist, TWIST, atol=0.2)

@@ -28,6 +28,8 @@ def uneven(seconds):
 def points_of_sweep(rng, path, stamp, begin=0.0, duration=SWEEP, count=2500):
     """Points of the surface as the sensor saw them on its path, and their times [s]."""
     world = surface(rng, count, 0.003)
+    at_stamp = se3.transform_points(se3.inverse(path((stamp - START) / 1e9)), world)
+    world = world[np.argsort(np.arctan2(at_stamp[:, 1], at_stamp[:, 0]))]  # as sensors turn
     times = begin + duration * np.sort(rng.random(count))
     after_start = (stamp - START) / 1e9 + times
     seen = [
