@@ -156,7 +156,7 @@ def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | N
 
 def _must_leave_free(config: RegistrationConfig, observability: Observability) -> bool:
     """Whether motions that nothing determines are still to be put back to where they were."""
-    determined = observability.observable.sum()
+    determined = int(observability.observable.sum())
     moves = config.mode == 'refine' and config.free_motions == 'guess'
     return moves and 0 < determined < 6
 

@@ -138,8 +138,9 @@ def out_of_time() -> Assessment:
 def _separated(given: tuple[Cloud, Cloud], T_guess: Transform, radius: float) -> str:
     """Return why no point meets the other cloud, and what to look at."""
     bounds = np.array([cloud.bounds() for cloud in given])  # (2, 2, 3)
-    target, source = bounds.mean(axis=1)
-    gap = np.linalg.norm(T_guess[:3, :3] @ source + T_guess[:3, 3] - target)
+    middles: Floats = bounds.mean(axis=1)
+    apart = T_guess[:3, :3] @ middles[1] + T_guess[:3, 3] - middles[0]
+    gap = float(np.linalg.norm(apart))
     reason = (
         f'no point has a neighbour in the other cloud within {radius:.3g}; '
         f'their middles are {gap:.3g} apart at the guess'
