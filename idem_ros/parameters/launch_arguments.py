@@ -7,7 +7,7 @@ from pathlib import Path
 
 from idem_ros.core.exceptions import IdemError
 
-FILES = ('refine.launch.py', 'replay.launch.py')
+FILES = ('refine.launch.py', 'replay.launch.py', 'audit.launch.py')
 
 
 class LaunchRefused(IdemError):
@@ -44,6 +44,16 @@ def require_known(given: Iterable[str], known: Iterable[str]) -> None:
             close = get_close_matches(name, known, 1)
             meant = f'{close[0]}?' if close else ', '.join(known)
             raise LaunchRefused(f'{word}: there is no launch argument {name}; {meant}')
+
+
+def require_one_of(name: str, value: str, words: Iterable[str]) -> None:
+    """Refuse a value that is none of some words.
+
+    Raises:
+        LaunchRefused: it names the argument, and what it may be.
+    """
+    if value not in (words := tuple(words)):
+        raise LaunchRefused(f'{name}:={value}; it must be one of {", ".join(words)}')
 
 
 def require_file(name: str, path: str) -> None:

@@ -215,3 +215,38 @@ def test_line_that_starts_the_player_is_what_the_node_says():
 )
 def test_file_that_is_launched_itself_is_told_from_one_that_is_included(command, file):
     assert launched_file(command.split()) == file
+
+
+def test_an_auditor_listens_to_the_topics_of_its_stack(launch):
+    launched = launch('audit', 'stack:=autoware_ndt')
+    assert launched.remappings('idem_ros') == {
+        '~/target': '/map/pointcloud_map',
+        '~/source': '/localization/util/downsample/pointcloud',
+        '~/initial_guess': '/localization/pose_estimator/pose_with_covariance',
+    }
+    file, given = launched.parameters('idem_ros')
+    assert file == str(ROOT / 'config' / 'audit_pose_with_covariance.yaml')
+    assert given['mode'] == 'audit'
+
+
+@pytest.mark.parametrize('stack', ['lidar_localization_ros2', 'kiss_icp', 'mola', 'glim'])
+def test_every_stack_has_topics_and_a_parameter_file_that_judges(launch, stack):
+    launched = launch('audit', f'stack:={stack}')
+    file, _ = launched.parameters('idem_ros')
+    parameters = parameters_in(Path(file))
+    assert parameters['mode'] == 'audit'
+    assert all(topic.startswith('/') for topic in launched.remappings('idem_ros').values())
+    assert parameters['initial_guess.type'] in Path(file).stem
+
+
+def test_topics_and_parameters_of_a_stack_can_be_given(launch, tmp_path):
+    (tmp_path / 'mine.yaml').write_text('')
+    words = 'stack:=kiss_icp', 'source:=/ouster/points', f'params_file:={tmp_path}/mine.yaml'
+    launched = launch('audit', *words)
+    assert launched.remappings('idem_ros')['~/source'] == '/ouster/points'
+    assert launched.parameters('idem_ros')[0] == f'{tmp_path}/mine.yaml'
+
+
+def test_a_stack_that_there_is_not_is_refused(launch):
+    with pytest.raises(LaunchRefused, match='stack:=slam_toolbox; it must be one of autoware_ndt'):
+        launch('audit', 'stack:=slam_toolbox')
