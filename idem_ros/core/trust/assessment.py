@@ -139,7 +139,7 @@ def _separated(given: tuple[Cloud, Cloud], T_guess: Transform, radius: float) ->
     """Return why no point meets the other cloud, and what to look at."""
     bounds = np.array([cloud.bounds() for cloud in given])  # (2, 2, 3)
     middles: Floats = bounds.mean(axis=1)
-    apart = T_guess[:3, :3] @ middles[1] + T_guess[:3, 3] - middles[0]
+    apart: Floats = T_guess[:3, :3] @ middles[1] + T_guess[:3, 3] - middles[0]
     gap = float(np.linalg.norm(apart))
     reason = (
         f'no point has a neighbour in the other cloud within {radius:.3g}; '
