@@ -71,7 +71,7 @@ def judged_poses(kind, build):
     audit = replace(config, mode='audit')
     best = register(target, source, case.truth, config).T_target_source
     for _ in range(MOVED):
-        T = displaced(best, case.centroid, *_moved(case), rng)
+        T = displaced(best, case.centroid, *moved_by(case), rng)
         judge('moved', False, T, register(target, source, T, audit).assessment)
     return found
 
@@ -84,7 +84,8 @@ def _is_right(case, T):
     return False if degrees > WRONG_DEG or distance > WRONG else None
 
 
-def _moved(case):
+def moved_by(case):
+    """Return how far displaced poses of a case are off, [deg] and [m]."""
     if np.linalg.norm(case.source.std(axis=0)) > LARGEST_OBJECT:
         return LIDAR_MOVED
     return OBJECT_MOVED[0], OBJECT_MOVED[1] * case.spacing

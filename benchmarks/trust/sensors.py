@@ -32,10 +32,10 @@ HEIGHT = 1.8  # [m]
 MOTION = (0.2, 2.0)  # [m], between the two scans
 HORIZON = {'motorway': (-7.5, 7.5)}  # where across the sensor is, if not in the middle [m]
 
-IMAGE, FOCAL = (150, 200), 190.0  # of the depth camera [pixels]
+IMAGE, FOCAL = (240, 320), 290.0  # of the depth camera [pixels]
 DEPTHS = (0.5, 5.5)  # [m]
-PER_SQUARE = (0.5e-3, 1.2e-3)  # [1/m]: noise in depth over its square, as of stereo
-BEND = (0.2, 0.8)  # of it: how much of that is a bend over many pixels
+PER_SQUARE = (0.4e-3, 0.9e-3)  # [1/m]: noise in depth over its square, as of stereo
+BEND = (0.2, 0.6)  # of it: how much of that is a bend over many pixels
 DISPARITY = 44.0  # [pixel m]: focal length times base; eighths of a pixel are told apart
 
 
@@ -84,9 +84,9 @@ def depth_case(seed, voxel_size):
     angles = rng.uniform(0.0, 2 * np.pi), rng.normal(0.1, 0.1), rng.normal(0.0, 0.05)
     here = _pose(at + (0.0, 0.0, rng.uniform(1.0, 1.6)), angles) @ to_optical
     truth = np.eye(4)
-    turn = np.radians(rng.uniform(2.0, 10.0)) * _direction(rng)
+    turn = np.radians(rng.uniform(2.0, 8.0)) * _direction(rng)
     truth[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
-    truth[:3, 3] = rng.uniform(0.02, 0.3) * _direction(rng)
+    truth[:3, 3] = rng.uniform(0.02, 0.2) * _direction(rng)
     target, source = (_depth_frame(scene, T, rng) for T in (here, here @ truth))
     return Case(f'depth {voxel_size} {seed}', target, source, truth, voxel_size)
 

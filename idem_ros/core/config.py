@@ -94,6 +94,12 @@ class RegistrationConfig:
         "calibration, of a map's own bends, of motion within a sweep; added to the covariance. A "
         "distance in the clouds' unit, and an angle in degrees",
     )
+    guess_sigma: tuple[float, ...] = _parameter(
+        (0.0, 0.0),
+        'standard deviation, of each axis, of a guess that comes without a covariance, in the '
+        "clouds' unit and in degrees: what the clouds hold weakly is weighed against it; 0: "
+        'nothing is known of it',
+    )
     assessment: str = _parameter(
         'verdict',
         'what is said of a result: "verdict" (can it be trusted, and its covariance), "swap" (and '
@@ -125,10 +131,14 @@ class RegistrationConfig:
         if self.voxel_size not in (None, AUTO):
             _require_within('voxel_size', self.voxel_size, VOXEL_SIZES, words=(AUTO,))
         self._check_schedule()
-        for name in ('audit_tolerance', 'model_error'):
+        for name in ('audit_tolerance', 'model_error', 'guess_sigma'):
             object.__setattr__(self, name, _length_and_angle(name, getattr(self, name)))
         if self.mode == 'audit' and self.assessment == 'none':
             raise InvalidConfig('mode is audit and assessment none: nothing would be said')
+        if any(self.guess_sigma) and self.assessment == 'none':
+            raise InvalidConfig(
+                'guess_sigma is given and assessment none: there is no covariance to weigh it by'
+            )
         if self.budget_ms is not None:
             _require_positive('budget_ms', self.budget_ms)
 

@@ -28,7 +28,7 @@ from idem_ros.core.maps.target import (
 from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.result import RegistrationResult, agreement_at, result_at
+from idem_ros.core.result import RegistrationResult, agreement_at, result_at, weighed_against
 from idem_ros.core.solve.descent import Descent, not_begun
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
@@ -39,6 +39,7 @@ from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import assess, out_of_time, too_little
 from idem_ros.core.trust.observability import Observability, observability_of
 from idem_ros.core.trust.outside import outside
+from idem_ros.core.trust.prior import Guess, information_of_guess
 from idem_ros.core.trust.scope import judged_in_scope
 from idem_ros.core.trust.verdict import Assessment
 
@@ -53,6 +54,7 @@ def register(
     config: RegistrationConfig | None = None,
     *,
     twist: ArrayLike | None = None,
+    guess_covariance: ArrayLike | None = None,
     tuning: SolverTuning = SOLVER,
     trust: TrustTuning = TRUST,
 ) -> RegistrationResult:
@@ -68,6 +70,11 @@ def register(
         twist: (6,) x y z [length/s] rx ry rz [rad/s] of the source frame in its own axes during
             the sweep of a source with times; what `config.motion` undoes. The guess, like the
             result, is the pose at `config.motion_reference`.
+        guess_covariance: (6, 6) x y z rx ry rz of the guess: of the source frame's pose in the
+            target frame, about its own origin; a variance of 0 says nothing of its axis. What the
+            clouds hold weakly is weighed against it, unless the result is farther from the guess
+            than it allows; of an audit, or with assessment none, it counts for nothing. None:
+            `config.guess_sigma`.
         tuning: other numbers for the solver to go by.
         trust: other numbers for the verdict to go by.
 
@@ -76,7 +83,7 @@ def register(
 
     Raises:
         InvalidCloud, InvalidTransform, InvalidConfig: for input that is no cloud, no rigid
-            transform or twist, or no `RegistrationConfig`.
+            transform or twist, no covariance, or no `RegistrationConfig`.
     """
     config = RegistrationConfig() if config is None else config
     if not isinstance(config, RegistrationConfig):
@@ -85,20 +92,22 @@ def register(
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
     target, source = _clouds(target, source, config)
     sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
-    return _registered(target, sweep, T, config, tuning, trust, workers)
+    guess = Guess(T, information_of_guess(guess_covariance, config))
+    return _registered(target, sweep, guess, config, tuning, trust, workers)
 
 
 def _registered(
     target: Target,
     sweep: Sweep,
-    T: Transform,
+    guess: Guess,
     config: RegistrationConfig,
     tuning: SolverTuning,
     trust: TrustTuning,
     both_workers: tuple[Workers, Workers],
 ) -> RegistrationResult:
-    """Return the result of a target and the source of a `Sweep`, from the guess T."""
+    """Return the result of a target and the source of a `Sweep`, from a `Guess`."""
     (workers, late_workers), source = both_workers, sweep.undone()
+    T = guess.transform
     config = with_common_voxel_size(config, target, source)
     try:
         near = in_reach(target, source, T, config, workers)  # all of a cloud, some of a map
@@ -112,10 +121,11 @@ def _registered(
         return _unsolved(T, status, config, too_little(*pair.clouds))
     pair = pair.swept_as(sweep)
     T_guess = between_origins(near, source, T)
+    guess = guess._replace(transform=T_guess)
     descent, observability = _refined(pair, T_guess)  # stages, coarse to fine
     try:
         pair = pair._replace(workers=late_workers)
-        return _judged(pair, (near, source), T_guess, descent, observability)
+        return _judged(pair, (near, source), guess, descent, observability)
     except OutOfTime:
         T = from_origins(near, source, descent.solution.transform)
         return _unsolved(T, Status.LATE, config, out_of_time(), descent.iterations)
@@ -164,7 +174,7 @@ def _must_leave_free(config: RegistrationConfig, observability: Observability) -
 def _judged(
     pair: Pair,
     given: tuple[Cloud, Cloud],
-    T_guess: Transform,
+    guess: Guess,
     descent: Descent,
     observability: Observability | None,
 ) -> RegistrationResult:
@@ -186,11 +196,12 @@ def _judged(
         descent = minimum_beside(descent, pair, observability.held)
         T = descent.solution.transform
         agreement, _ = agreement_at(pair, cost.balls, T)
+    T_guess = guess.transform
     said = assess(pair, given, descent, T_guess, agreement, observability)
     said = judged_in_scope(said, *given, cost.balls, agreement, T)
     if pair.config.assessment == 'swap':
         said = replace(said, swap_gap=_swap_gap(pair, T_guess, T, observability))
-    return replace(result, assessment=said)
+    return weighed_against(guess, replace(result, assessment=said), pair, T)
 
 
 def _swap_gap(pair: Pair, T_guess: Transform, T: Transform, observability: Observability) -> float:

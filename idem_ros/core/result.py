@@ -1,6 +1,6 @@
 """What a registration returns: the pose, how it came about, what is observable, a verdict."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import Agreement
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import ROS_ORDER
+from idem_ros.core.trust.prior import Guess, beyond_guess, weighed
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 
 
@@ -140,3 +141,29 @@ def _in_ros_order(matrix: Matrix6, origin: Point) -> Matrix6:
     """Move the matrix from the target's origin to its frame, and put the translation first."""
     to_origin = se3.adjoint(se3.translation(-origin))
     return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]
+
+
+def weighed_against(
+    guess: Guess, result: RegistrationResult, pair: Pair, T: Transform
+) -> RegistrationResult:
+    """Return a result weighed against a guess of which it is known how far it may be off.
+
+    As it is, where nothing is known, where it cannot be used, or where the guess is audited.
+
+    Args:
+        guess: `Guess`, between the clouds' origins.
+        result: `RegistrationResult` with an assessment.
+        pair: the `Pair`.
+        T: (4, 4) its pose, between the clouds' origins.
+    """
+    said = result.assessment
+    is_audit = pair.config.mode == 'audit'
+    if said is None or is_audit or not (guess.information.any() and result.is_usable):
+        return result
+    position = T[:3, 3] - T[:3, :3] @ pair.source.origin
+    found = weighed(T, said.covariance, guess.transform, guess.information, position)
+    said = replace(said, covariance=found.covariance)
+    if not found.is_believed:
+        said = beyond_guess(said, found.distance)
+    T = from_origins(pair.target, pair.source, found.transform)
+    return replace(result, T_target_source=T, assessment=said)

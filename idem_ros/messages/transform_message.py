@@ -44,6 +44,18 @@ def matrix_of(message):
     return matrix_from((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
 
+def covariance_of(message):
+    """Return the (6, 6) covariance, x y z rx ry rz, of a pose that has one; else None.
+
+    Zeros, or -1 for the first variance, are what is not known.
+    """
+    if not hasattr(message, 'pose'):
+        return None
+    covariance = np.reshape(np.array(message.pose.covariance, dtype=np.float64), (6, 6))
+    is_unknown = covariance[0, 0] == -1.0 or not covariance.any()
+    return None if is_unknown else covariance
+
+
 def matrix_from(translation, quaternion):
     """Return the (4, 4) transform of (x, y, z) and (qx, qy, qz, qw), see `matrix_of`."""
     translation = np.array(translation, dtype=np.float64)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.messages.stamps import NotYet
-from idem_ros.messages.transform_message import matrix_of, stamp_ns
+from idem_ros.messages.transform_message import covariance_of, matrix_of, stamp_ns
 from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
 from idem_ros.pairing.trail import Trail
 from idem_ros.parameters.fields import parameter, require_one_of, require_positive
@@ -79,6 +79,8 @@ class Guess:
     """Whether it has stamp 0, and serves a source of any stamp."""
     trail: Trail | None = None
     """The guesses before and after it; None: it comes alone."""
+    covariance: NDArray | None = None
+    """(6, 6) x y z rx ry rz of the pose; None: it does not say."""
 
 
 class StreamedGuesses:
@@ -125,7 +127,8 @@ class StreamedGuesses:
             self._begin_at_zero()
         is_time = self._begins_at_zero and stamp < WALL_CLOCK
         if self._timeless is not None and stamp not in self._poses and not is_time:
-            return replace(_guess_of(self._timeless, matrix_of(self._timeless)), is_timeless=True)
+            guess = _guess_of([self._timeless], matrix_of(self._timeless))
+            return replace(guess, is_timeless=True)
         messages = self._around(stamp)
         if len({frames_of(message) for message in messages}) > 1:
             raise DoubtfulGuess(
@@ -134,7 +137,7 @@ class StreamedGuesses:
                     f'{child!r} in {parent!r}' for parent, child in map(frames_of, messages)
                 )
             )
-        guess = _guess_of(messages[0], pose_at(stamp, messages, config))
+        guess = _guess_of(messages, pose_at(stamp, messages, config))
         return replace(guess, trail=self._trail(stamp, frames_of(messages[0])))
 
     def _trail(self, stamp, frames):
@@ -175,8 +178,11 @@ class IdentityGuess:
         return Guess(np.eye(4))
 
 
-def _guess_of(message, pose):
-    return Guess(pose, *frames_of(message))
+def _guess_of(messages, pose):
+    """Return the `Guess` between one or two messages: as unsure as the less sure of them."""
+    said = [each for each in map(covariance_of, messages) if each is not None]
+    covariance = max(said, key=np.trace) if len(said) == len(messages) else None
+    return Guess(pose, *frames_of(messages[0]), covariance=covariance)
 
 
 def frames_of(message):

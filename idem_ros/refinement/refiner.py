@@ -29,9 +29,9 @@ class Idem:
 
     solves_motion = True
 
-    def register(self, target, source, T_guess, config, twist=None):
-        """Register two `Cloud`s, see `core.register`."""
-        return register(target, source, T_guess, config, twist=twist)
+    def register(self, target, source, T_guess, config, twist=None, covariance=None):
+        """Register two `Cloud`s, see `core.register`; covariance: of the guess."""
+        return register(target, source, T_guess, config, twist=twist, guess_covariance=covariance)
 
     def judged(self, result, target, source, config):
         """Return a result with the figures of the metric in it, outside of the measured time."""
@@ -99,6 +99,7 @@ class Refiner:
             self._target_cloud(asked, target, undoing, config),
             undoing,
             self._judge_guess,
+            pair.guess.covariance,
             stamp=pair.stamp,
             target_frame=frames[0],
             source_frame=frames[1],
@@ -160,7 +161,7 @@ class Refiner:
         return self._target
 
 
-def registered(method, target, undoing, judge_guess=True, **known) -> Refinement:
+def registered(method, target, undoing, judge_guess=True, covariance=None, **known) -> Refinement:
     """Register a source to a target and judge what comes of it.
 
     Args:
@@ -168,11 +169,12 @@ def registered(method, target, undoing, judge_guess=True, **known) -> Refinement
         target: `Cloud`.
         undoing: `Undoing` of the source.
         judge_guess: whether q_tot is evaluated at the guess, too.
+        covariance: (6, 6) of the guess; None: it does not say.
         known: of the other fields of a `Refinement`; `time_ms` and `times` of what was before.
     """
     watch = Stopwatch()
     clouds, T_guess = (target, undoing.source), undoing.T_guess
-    found = method.register(*clouds, T_guess, undoing.config, undoing.twist)
+    found = method.register(*clouds, T_guess, undoing.config, undoing.twist, covariance)
     registering_ms = watch.lap()
     config = replace(undoing.config, voxel_size=found.voxel_size)  # what "auto" was
     result = method.judged(found, *clouds, config)

@@ -87,7 +87,7 @@ class Peer:
 
     solves_motion = False
 
-    def register(self, target, source, T_target_source, config, twist=None):
+    def register(self, target, source, T_target_source, config, twist=None, covariance=None):
         """Register as `core.register` does; q_tot, overlap and radius are for `judged` to say."""
         config = with_voxel_size(config, target, source)
         result = self._registered(target, source, T_target_source, config)

@@ -172,3 +172,31 @@ def test_the_identity_needs_no_message():
 def test_a_value_out_of_range_is_refused_by_name(change, message):
     with pytest.raises(InvalidConfig, match=message):
         GuessConfig(**change)
+
+
+def unsure(message, *variances):
+    message.pose.covariance = np.diag(variances).ravel().tolist()
+    return message
+
+
+def test_a_guess_is_as_unsure_as_the_less_sure_of_its_neighbours():
+    few, many = [0.01] * 6, [0.04] * 6
+    guesses = guesses_of(
+        unsure(odometry(SECOND, 0.0), *few), unsure(odometry(3 * SECOND, 1.0), *many)
+    )
+    for stamp, expected in ((SECOND, few), (2 * SECOND, many)):
+        found = guesses.guess_for(stamp, 'map', 'lidar', GuessConfig(max_age=5.0)).covariance
+        np.testing.assert_array_equal(found, np.diag(expected))
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        transform(SECOND),
+        pose_with_covariance(SECOND),  # zeros
+        unsure(odometry(SECOND), -1.0, *[0.0] * 5),
+    ],
+)
+def test_a_guess_without_a_covariance_says_nothing_of_how_sure_it_is(message):
+    found = guesses_of(message).guess_for(SECOND, 'map', 'lidar', CONFIG)
+    assert found.covariance is None

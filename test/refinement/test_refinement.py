@@ -51,6 +51,20 @@ def test_the_result_is_that_of_the_core(rng):
     assert (refined.target_frame, refined.source_frame) == ('map', 'lidar')
 
 
+def test_the_covariance_of_a_guess_is_weighed_as_the_core_does(pair):
+    guess = replace(pair.guess, covariance=1e-6 * np.eye(6))
+    refined = Refiner().refine(replace(pair, guess=guess))
+    clouds = [read_points(cloud).points for cloud in (pair.target, pair.source)]
+    expected = register(*clouds, refined.T_guess, guess_covariance=guess.covariance)
+    np.testing.assert_allclose(
+        refined.result.assessment.covariance, expected.assessment.covariance, rtol=1e-9
+    )
+    plain = Refiner().refine(pair).result.assessment
+    assert refined.result.assessment.reason != plain.reason or not np.allclose(
+        refined.result.assessment.covariance, plain.covariance
+    )
+
+
 @pytest.mark.parametrize('voxel_size', [None, 0.1])
 def test_q_tot_before_is_comparable_with_q_tot_after(pair, voxel_size):
     config = RegistrationConfig(voxel_size=voxel_size)

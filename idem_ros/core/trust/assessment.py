@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
+from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.noise import quantile, share_of_sheets
@@ -29,6 +30,7 @@ from idem_ros.core.trust.words import free_in_words
 # Scans of LiDARs as given have 0.5 and more, at voxels 0.7; where rings lie apart, below 0.2.
 LEAST_SHEETS = 1 / 3
 TENTH = 0.9  # quantile of q_i: a tenth of the points that meet agree no better
+NEAR = 1 / 3  # of the points that meet: the nearest ones
 WIDER = 10.0  # times one cloud over the other, and their units are in doubt
 HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
 
@@ -98,6 +100,7 @@ def assess(
         covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
         twist_covariance=of_twist,
+        near_discord=_near_discord(pair, agreement, T),
         **seen._replace(overlap=agreement.overlap.share)._asdict(),
     )
     if pair.config.mode != 'audit':
@@ -158,6 +161,19 @@ def _discord(agreement: Agreement) -> float:
     Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
     """
     return quantile(agreement.q[agreement.reach > 0.0], TENTH)
+
+
+def _near_discord(pair: Pair, agreement: Agreement, T: Transform) -> float:
+    """Return the discord of those of the points that meet that are nearest to the sensor.
+
+    A sensor's noise grows with the range: what stands apart nearby is no noise.
+    """
+    meets = agreement.reach > 0.0
+    sensor = -pair.source.origin  # where the source frame has its origin
+    of_target = pair.target.points - se3.transform_points(T, sensor)
+    off = np.concatenate([of_target, pair.source.points - sensor])[meets]
+    ranges = np.einsum('ij,ij->i', off, off)
+    return quantile(agreement.q[meets][ranges <= quantile(ranges, NEAR)], TENTH)
 
 
 def _least_contrast(balls: Balls, T: Transform, observability: Observability) -> float:

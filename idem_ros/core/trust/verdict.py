@@ -35,6 +35,7 @@ class Assessment:
     covariance: Matrix6 = field(default_factory=lambda: NOTHING_KNOWN * np.eye(6))
     # 90th percentile of q_i over the points that have a neighbour in the other cloud [nat]
     discord: float = np.nan
+    near_discord: float = np.nan  # that of the third of them that is nearest to the sensor
     # least rise of q_mean a radius away along a motion, of the points that hold it [nat]
     contrast: float = np.nan
     # how far the next step would move the surfaces, over the radius; of an audited pose, how far

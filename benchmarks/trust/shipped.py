@@ -1,0 +1,141 @@
+"""The verdict as it is shipped, on kinds and seeds that no number of it was fitted on."""
+
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+
+from benchmarks.case import displaced, errors
+from benchmarks.goal import Goal
+from benchmarks.new_scans import scan_sets
+from benchmarks.trust.places import PLACES
+from benchmarks.trust.poses import moved_by
+from benchmarks.trust.sensors import depth_case, place_case
+from benchmarks.unseen import Unseen, unseen
+from idem_ros.core import Cloud, RegistrationConfig, register
+
+FIRST_SEED = 7000
+NEAR = (1.5, 1.0)  # [deg], spacings, at most
+WITHIN = (0.05, 0.02)  # [deg], [m], at most: what an audit with its default tolerance bears
+FAR_M, FAR_DEG = (8.0, 24.0), (120.0, 178.0)
+LIDAR, DEPTH, OBJECTS = 'real LiDAR', 'depth cameras', 'objects'
+REAL = {'KITTI 00': LIDAR, '7-Scenes': DEPTH, 'dragon': OBJECTS}
+# [%] of right results called something else
+MOST_DOUBTED = {LIDAR: 1.0, DEPTH: 5.0, OBJECTS: 2.0}
+DOUBTED, DISPLACED, STRICT, FAR = 1.0, 0.5, 3.0, 1.0  # [%]
+
+
+class Said(NamedTuple):
+    """What was said of one pose."""
+
+    kind: str
+    how: str  # 'near', 'displaced', 'within', 'far', 'other place', 'mirrored'
+    right: bool
+    verdict: str
+    p: float
+    usable: bool
+
+
+def cases(trials):
+    """Return [(kind, case)] of builders of `Unseen`: the places, real scans, other bodies."""
+    found = [
+        (kind, Unseen(kind, partial(place_case, kind, seed)))
+        for kind in ('street', *PLACES)
+        for seed in range(FIRST_SEED, FIRST_SEED + trials)
+    ]
+    found += [
+        (DEPTH, Unseen('simulated', partial(depth_case, seed, 0.1)))
+        for seed in range(FIRST_SEED, FIRST_SEED + trials)
+    ]
+    bodies = [each for each in unseen() if each.group.startswith('other bodies')]
+    found += [(OBJECTS, each) for each in _some(bodies, 2 * trials)]
+    for scans in scan_sets():
+        of_set = [
+            (REAL[scans.name], Unseen(scans.name, partial(build, voxel), scans.right))
+            for voxel in scans.voxel_sizes
+            for _, build in scans.pairs
+        ]
+        found += _some(of_set, 3 * trials)
+    return found
+
+
+def _some(found, count):
+    return found[:: max(len(found) // count, 1)]
+
+
+def said_of(kind, each):
+    """Return the `Said` of a case: from a start nearby, displaced, within the tolerance, far."""
+    case = each.build()
+    rng = np.random.default_rng(crc32(case.name.encode()))
+    target, source = Cloud(case.target), Cloud(case.source)
+    config = RegistrationConfig(voxel_size=case.voxel_size)
+    audit, found = replace(config, mode='audit'), []
+
+    def say(how, right, start, how_to=config, source=source):
+        result = register(target, source, start, how_to)
+        said = result.assessment
+        if right is None:
+            right = each.is_right(case, *errors(case, result.T_target_source))
+        words = said.verdict.value, said.p_aligned, result.is_usable
+        found.append(Said(kind, how, right, *words))
+        return result.T_target_source
+
+    near = rng.uniform() * np.array(NEAR) * (1.0, case.spacing)
+    best = say('near', None, displaced(case.truth, case.centroid, *near, rng))
+    if not each.is_right(case, *errors(case, best)):
+        best = case.truth
+    for _ in range(2):
+        say('displaced', False, displaced(best, case.centroid, *moved_by(case), rng), audit)
+    if kind not in (DEPTH, OBJECTS):
+        if each.is_exact or kind == LIDAR:
+            within = rng.uniform() * np.array(WITHIN)
+            say('within', True, displaced(case.truth, case.centroid, *within, rng), audit)
+        for far in ((0.0, rng.uniform(*FAR_M)), (rng.uniform(*FAR_DEG), rng.uniform(0, 4))):
+            say('far', None, displaced(case.truth, case.centroid, *far, rng))
+        mirrored = Cloud(case.source * (1.0, -1.0, 1.0))
+        say('mirrored', False, case.truth, source=mirrored)
+    return found
+
+
+def shipped_goals(found):
+    """Return the `Goal`s of `Said` poses."""
+    near = [each for each in found if each.how == 'near' and each.right]
+    for kind in dict.fromkeys(each.kind for each in near):
+        of_kind = [each.usable for each in near if each.kind == kind]
+        what = f'shipped: right and not called so, of {len(of_kind)} in {kind}'
+        yield Goal(what, _percent(map(_not, of_kind)), MOST_DOUBTED.get(kind, DOUBTED), '%')
+    wrong = {
+        'displaced': ('displaced by 0.1 m / 0.57 deg (objects 0.5 r4th / 1 deg)', DISPLACED),
+        'near': ('wrong from near, called aligned', DISPLACED),
+        'far': ('from 8-24 m or 120-178 deg off, wrong and called aligned', FAR),
+        'mirrored': ('mirrored, called aligned', 0.0),
+        'other place': ('of different places, called aligned', 0.0),
+    }
+    for how, (what, most) in wrong.items():
+        of_how = [each for each in found if each.how == how]
+        if of_how:
+            called = [each.verdict == 'aligned' and not each.right for each in of_how]
+            yield Goal(f'shipped: {what}, of {len(of_how)}', _percent(called), most, '%')
+    strict = [not each.usable for each in found if each.how == 'within']
+    what = f'shipped: within 2 cm and 0.05 deg, audited as something else, of {len(strict)}'
+    yield Goal(what, _percent(strict), STRICT, '%')
+
+
+def _not(usable):
+    return not usable
+
+
+def _percent(flags):
+    flags = list(flags)
+    return 100.0 * sum(flags) / len(flags) if flags else None
+
+
+def other_place(kind, seed):
+    """Return the `Said` of the scans of two different places, which no pose is right for."""
+    target, source = place_case(kind, seed), place_case(kind, seed + 6)
+    config = RegistrationConfig(voxel_size=target.voxel_size)
+    result = register(target.target, source.source, target.truth, config)
+    said = result.assessment
+    return [Said(kind, 'other place', False, said.verdict.value, said.p_aligned, result.is_usable)]
