@@ -8,6 +8,7 @@ from benchmarks.parameter_text import parameter_text
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import (
+    IMU_INPUTS,
     INPUTS,
     OUTPUTS,
     POSE_INPUTS,
@@ -122,7 +123,7 @@ def _lines_of(path, starts):
 
 def _topics():
     groups = {
-        'in': [*INPUTS.values(), *POSE_INPUTS.values(), *TF_INPUTS.values()],
+        'in': [*INPUTS.values(), *POSE_INPUTS.values(), *TF_INPUTS.values(), *IMU_INPUTS.values()],
         'out': [*OUTPUTS.values(), TF_OUTPUT],
         'service': SERVICES.values(),
     }

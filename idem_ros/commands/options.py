@@ -28,6 +28,7 @@ ROLES = {
     'source': 'PointCloud2',
     'guess': 'TransformStamped (or as --initial-guess-type says)',
     'truth': 'TransformStamped',
+    'imu': 'Imu, whose rates tell how the sensor turned during a sweep',
 }
 UNITS = {'': 1, **{unit: 2 ** (10 * (i + 1)) for i, unit in enumerate('kmg')}}
 
@@ -77,7 +78,9 @@ def add_topic_options(parser):
     """Add one option for each role that a recording's topic can play."""
     for role, what in ROLES.items():
         parser.add_argument(
-            f'--{role}-topic', metavar='NAME', help=f'{what} topic (default: found by type)'
+            f'--{role}-topic',
+            metavar='NAME',
+            help=f'{what} topic (default: {"none" if role == "imu" else "found by type"})',
         )
     parser.add_argument(
         '--tf-topic',

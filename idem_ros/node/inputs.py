@@ -81,6 +81,7 @@ class Inputs:
             'target': self.pairing.add_target,
             'source': self.pairing.add_scan if self.are_one else self.pairing.add_source,
             'tf_static': self.pairing.add_static_transforms,
+            'imu': self.pairing.add_imu,
             **dict.fromkeys(('initial_guess', 'initial_pose', 'tf'), self.pairing.add_guess),
         }
         callbacks = {name: self._taking(name, add) for name, add in receivers.items()}
@@ -93,7 +94,7 @@ class Inputs:
         )
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self._node.create_timer(PERIOD, self._attend, clock=wall)
-        names = GUESSES if self.are_one else ('target', *GUESSES)
+        names = ('imu', *GUESSES) if self.are_one else ('target', 'imu', *GUESSES)
         self.subscriptions.listen(names, self.pairing.guess_type)
         self.hearing.expect(names)
 

@@ -8,6 +8,7 @@ from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
 from idem_ros.pairing.targets import PairingConfig
+from idem_ros.pairing.turn_rates import IMU
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
@@ -48,7 +49,15 @@ POSE_INPUTS = {
         'comes, as of RViz\'s "2D Pose Estimate"; of the source frame, whatever its stamp',
     ),
 }
-EVERY_INPUT = (*INPUTS, *POSE_INPUTS, *TF_INPUTS)
+IMU_INPUTS = {
+    'imu': Topic(
+        '~/imu',
+        IMU,
+        'with a motion to be undone: its angular rates tell how the sensor turned during a sweep; '
+        'in the frame of the source, or with initial_guess.type tf in one that tf knows',
+    ),
+}
+EVERY_INPUT = (*INPUTS, *POSE_INPUTS, *TF_INPUTS, *IMU_INPUTS)
 OUTPUTS = {
     'transform': Topic(
         '~/transform',
@@ -142,7 +151,7 @@ def inputs_with(guess_type: str) -> dict[str, Topic]:
     if guess_type in HEARD:
         inputs['initial_guess'] = replace(INPUTS['initial_guess'], msgtype=HEARD[guess_type])
     more = TF_INPUTS if guess_type == 'tf' else POSE_INPUTS if guess_type in FOLLOWING else {}
-    return {**inputs, **more}
+    return {**inputs, **more, **IMU_INPUTS}
 
 
 def parameter_fields() -> list[Field]:

@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from idem_ros.node.interface import TF_INPUTS, Topic, inputs_with
+from idem_ros.node.interface import IMU_INPUTS, TF_INPUTS, Topic, inputs_with
 from idem_ros.node.messages import class_needed
 from idem_ros.node.offers import (
     TRANSIENT_LOCAL,
@@ -21,6 +21,7 @@ from idem_ros.node.offers import (
 from idem_ros.node.subscription_config import AUTO, SubscriptionConfig
 
 TF_DEPTH = 100  # as tf2 has it
+IMU_DEPTH = 200  # half a second at 400 Hz
 
 
 class Subscriptions:
@@ -148,6 +149,8 @@ class Subscriptions:
             return [_latched(TF_DEPTH)]
         if name in TF_INPUTS:
             return [QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)]
+        if name in IMU_INPUTS:
+            return [QoSProfile(depth=IMU_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)]
         return [self._usual()]
 
     def _target_quality(self, durability: str) -> QoSProfile:

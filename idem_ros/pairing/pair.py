@@ -8,6 +8,7 @@ from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.targets import UnusableTarget
+from idem_ros.pairing.turn_rates import TurnRates
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,8 @@ class Pair:
     guess: Guess
     jumps: int = 0
     """How often the clock had been set back: a result from before is no guess for after."""
+    rates: TurnRates | None = None
+    """Those of an IMU around the stamp; None: none came."""
 
     @property
     def stamp(self):

@@ -5,17 +5,12 @@ from collections import deque
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.stamps import DISORDER, NotYet, StampOrder
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.pairing.guesses import (
-    FOLLOWING,
-    STREAMED,
-    GuessConfig,
-    IdentityGuess,
-    StreamedGuesses,
-)
-from idem_ros.pairing.last_result import LastResult
+from idem_ros.pairing.guess_sources import guesses_of, rates_near
+from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
 from idem_ros.pairing.pair import Pair, Refusal, frame_contradiction, named
+from idem_ros.pairing.stamped_poses import StampedPoses
 from idem_ros.pairing.targets import PairingConfig, Targets
-from idem_ros.pairing.transform_tree import TransformTree
+from idem_ros.pairing.turn_rates import KEPT
 
 SOURCES_KEPT = 8
 
@@ -42,8 +37,9 @@ class Pairing:
         self.dropped = self.refused = self.refused_targets = 0
         self._config = config or PairingConfig()
         self._guess_config = guess_config or GuessConfig()
-        self._guesses = _guesses_of(self._guess_config.type)
+        self._guesses = guesses_of(self._guess_config.type)
         self._targets = Targets()
+        self._rates = StampedPoses(KEPT)
         self._sources = deque()
         self._order = StampOrder()
         self._why = ''
@@ -73,7 +69,7 @@ class Pairing:
         """Take other parameters for the pairs to come, and try refused targets once more."""
         self._targets.forgive()
         if guess_config.type != self.guess_type:
-            self._guesses = _guesses_of(guess_config.type)
+            self._guesses = guesses_of(guess_config.type)
         self._config, self._guess_config = config, guess_config
 
     def add_target(self, message):
@@ -109,6 +105,13 @@ class Pairing:
                 self._forget_after(stamp)
         self._keep_guess(self._guesses.add, message)
         return self._complete()
+
+    def add_imu(self, message):
+        """Keep a message of an IMU for the sources to come; return no pairs."""
+        if self._order.goes_back('imu', stamp_ns(message)):
+            self._forget_after(stamp_ns(message))
+        self._rates.add(message)
+        return []
 
     def reset(self):
         """Begin anew where guesses follow the last result; return whether they do."""
@@ -154,7 +157,8 @@ class Pairing:
         """Begin anew, but for the counts: drop sources, forget targets, guesses and clocks."""
         self.drop_sources()
         self._targets = Targets()
-        self._guesses = _guesses_of(self.guess_type)
+        self._guesses = guesses_of(self.guess_type)
+        self._rates = StampedPoses(KEPT)
         self._order.forget()
         self._why = ''
 
@@ -232,7 +236,8 @@ class Pairing:
         )
         if reason:
             raise IdemError(reason)
-        return Pair(target, source, guess, self.jumps)
+        rates = rates_near(source, self._rates, self._guesses, self._guess_config)
+        return Pair(target, source, guess, self.jumps, rates)
 
     def _targets_of(self, source):
         return self._targets.of_source(source, self._config)
@@ -272,6 +277,7 @@ class Pairing:
     def _forget_after(self, stamp):
         stamp += DISORDER  # up to there it may be of the new pass, or out of order
         self._guesses.forget_after(stamp)
+        self._rates.forget_after(stamp)
         self._targets.forget_after(stamp, self._config)
         kept = [source for source in self._sources if stamp_ns(source) <= stamp]
         self.dropped += len(self._sources) - len(kept)
@@ -287,13 +293,3 @@ class Pairing:
         except IdemError:
             return True
         return True
-
-
-def _guesses_of(kind):
-    if kind in STREAMED:
-        return StreamedGuesses()
-    if kind == 'tf':
-        return TransformTree()
-    if kind in FOLLOWING:
-        return LastResult(needs_pose=kind == 'initial_pose')
-    return IdentityGuess()

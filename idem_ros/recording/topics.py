@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF
+from idem_ros.pairing.turn_rates import IMU
 
 MSGTYPES = {
     'target': CLOUD,
@@ -36,13 +37,14 @@ class Topics:
     tf: tuple[str, ...] = ()
     tf_static: tuple[str, ...] = ()
     initial_pose: str | None = None
+    imu: str | None = None
 
     @property
     def names(self):
         """All of them, each once."""
         transforms = *self.tf, *self.tf_static
-        roles = self.target, self.source, self.guess, self.truth, self.initial_pose, *transforms
-        return list(dict.fromkeys(name for name in roles if name))
+        roles = self.target, self.source, self.guess, self.truth, self.initial_pose, self.imu
+        return list(dict.fromkeys(name for name in (*roles, *transforms) if name))
 
 
 def find_topics(
@@ -54,6 +56,7 @@ def find_topics(
     *,
     guess_type='transform',
     tf=None,
+    imu=None,
 ):
     """Find the topics to replay; what is given by name is only checked.
 
@@ -64,6 +67,7 @@ def find_topics(
             A recording may lack transforms to start from, not what else is asked for.
         tf: names of topics of transforms, where guesses come from tf; None: /tf, or the only one.
             What is static comes from the topic beside each, or from /tf_static.
+        imu: name of the topic of an IMU; None: none is taken.
 
     Raises:
         TopicNotFound: a name that the recording lacks or that has another type, no cloud topic,
@@ -97,7 +101,8 @@ def find_topics(
             'elsewhere; from tf they come with --initial-guess-type tf'
         )
     transforms = _find_tf(recording, tf) if guess_type == 'tf' else ((), ())
-    return Topics(*(found[role] for role in MSGTYPES), *transforms, pose)
+    imu = imu and _named(recording, 'imu', imu, IMU)
+    return Topics(*(found[role] for role in MSGTYPES), *transforms, pose, imu)
 
 
 def find_topic(recording, msgtype, role, given=None, taken=()):

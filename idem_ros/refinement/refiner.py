@@ -111,7 +111,7 @@ class Refiner:
                 reading=sum(each.reading_ms for each in fresh),
                 preparing=sum(each.preparing_ms for each in fresh),
             ),
-            point_times=self.times_said.news(target=target.read.times, source=source.read.times),
+            point_times=self._times_news(target, source),
         )
         self._last = self._last_after(pair, frames, refinement.result)
         self._motion.keep(asked, undoing, refinement.result)
@@ -130,6 +130,10 @@ class Refiner:
         if not result.is_usable:
             return self._last
         return _lineage(pair, frames), result.T_target_source
+
+    def _times_news(self, target, source):
+        said = {'target': target.read.times, 'source': source.read.times}
+        return self.times_said.news(**said, imu=self._motion.imu_said)
 
     def _undoing(self, asked, source, config) -> Undoing:
         def find(begin, end):

@@ -10,6 +10,7 @@ from idem_ros.core.geometry.se3 import inverse
 from idem_ros.messages.stamps import seconds
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.pair import Pair
+from idem_ros.pairing.turn_rates import UnusableRates
 from idem_ros.refinement.track import Track, twist_of
 
 SCANS_KEPT = 8
@@ -54,12 +55,17 @@ class Scan(NamedTuple):
 
 
 class SweepMotion:
-    """Remembers the last two usable results, and how the last sweeps moved."""
+    """Remembers the last two usable results, and how the last sweeps moved.
+
+    Attributes:
+        imu_said: (what the IMU told for the last track or None, and the same in words).
+    """
 
     def __init__(self):
         self._results = deque(maxlen=2)
         self._scans = deque(maxlen=SCANS_KEPT)
         self._last_stamp = None
+        self.imu_said = None, ''
 
     def track(self, kind, asked, begin, end):
         """Return the `Track` of a source's sweep.
@@ -73,6 +79,9 @@ class SweepMotion:
             UnknownMotion: nothing tells the motion.
             UncoveredSweep: the guesses do not reach far enough.
         """
+        return self._turned(self._told(kind, asked, begin, end), asked.pair, begin, end)
+
+    def _told(self, kind, asked, begin, end):
         if kind == 'last':
             return self._continued(asked)
         try:
@@ -81,6 +90,19 @@ class SweepMotion:
             if kind == 'guess':
                 raise
             return self._continued(asked)
+
+    def _turned(self, track, pair, begin, end):
+        """Return a track that turns as the IMU says, where there is one; say whether it does."""
+        if pair.rates is None:
+            self.imu_said = None, ''
+            return track
+        try:
+            stamps, rotations = pair.rates.turns_over(*_instants(pair, begin, end))
+        except UnusableRates as error:
+            self.imu_said = None, str(error)
+            return track
+        self.imu_said = rotations, f'the rates of {pair.rates.frame!r} tell the rotation'
+        return track.turned((stamps - pair.stamp) / 1e9, rotations)
 
     def of_target(self, asked, middle, reference, track):
         """Return the `Track` of the scan that is a target; None: it is not known.
@@ -153,9 +175,12 @@ def _guessed(asked, begin, end):
         return _constant(asked.T_guess, asked.step, 'the guess, from scan to scan,')
     if pair.guess.trail is None:
         raise UnknownMotion('the guess comes alone, without others before and after it')
-    at = [pair.stamp + round(1e9 * time) for time in (begin, end)]
-    stamps, poses = pair.guess.trail.poses_over(*at)
+    stamps, poses = pair.guess.trail.poses_over(*_instants(pair, begin, end))
     return Track((stamps - pair.stamp) / 1e9, poses)
+
+
+def _instants(pair, *times):
+    return [pair.stamp + round(1e9 * time) for time in times]
 
 
 def _constant(step, duration, what):

@@ -42,4 +42,4 @@ class TimesSaid:
         words = NUMBER.sub('', note)
         if words not in self._told and len(self.notes) < NOTES_KEPT:
             self._told.add(words)
-            self.notes.append(f'times of points: {note}')
+            self.notes.append(f'sweeps: {note}')

@@ -31,6 +31,17 @@ class Track:
         k = self._piece(time)
         return self.poses[k] @ motion_by(self._twist(k), time - self.times[k])
 
+    def turned(self, times, rotations):
+        """Return the track of these positions that turns as it was measured.
+
+        Args:
+            times: (K,), K >= 2, increasing [s].
+            rotations: (K, 3, 3), since the first of them, in the frame's axes.
+        """
+        poses = np.array([self.pose_at(time) for time in times])
+        poses[:, :3, :3] = poses[0, :3, :3] @ rotations
+        return Track(np.asarray(times), poses)
+
     def step(self, begin, end):
         """Return the (4, 4) motion from one time [s] to another: the later pose in the earlier."""
         return inverse(self.pose_at(begin)) @ self.pose_at(end)

@@ -42,7 +42,8 @@ def settings_of(result):
         )
     settings = {key: value for key, value in made_by.items() if key not in NO_SETTINGS}
     settings = from_record(settings)
-    roles = ('source', 'truth') if settings.sequence else ('target', 'source', 'guess', 'truth')
+    of_pairs = 'target', 'source', 'guess', 'truth', 'imu'
+    roles = ('source', 'truth') if settings.sequence else of_pairs
     topics = {f'{role}_topic': made_by['topics'].get(role) for role in roles}
     if settings.guess.type == 'tf' and not settings.sequence:
         topics['tf_topic'] = made_by['topics'].get('tf')

@@ -26,10 +26,10 @@ class Pairs:
     Args:
         recording: an open `Recording`.
         settings: `Settings`, of which it takes how sources are paired.
-        target_topic, source_topic, guess_topic, truth_topic: names; None: found by type.
-        tf_topic: names of topics of transforms, for guesses from tf; None: see `find_topics`.
         guesses: {stamp [ns]: (4, 4)}, from which sources start whatever the recording says; None:
             none.
+        **topics: target_topic, source_topic, guess_topic, truth_topic, tf_topic (several names)
+            and imu_topic, see `find_topics`.
 
     Attributes:
         topics: `Topics`.
@@ -40,19 +40,9 @@ class Pairs:
         TopicNotFound: there is nothing to pair.
     """
 
-    def __init__(
-        self,
-        recording,
-        settings,
-        target_topic=None,
-        source_topic=None,
-        guess_topic=None,
-        truth_topic=None,
-        tf_topic=None,
-        guesses=None,
-    ):
-        given = target_topic, source_topic, guess_topic, truth_topic
-        self.topics = find_topics(recording, *given, guess_type=settings.guess.type, tf=tf_topic)
+    def __init__(self, recording, settings, guesses=None, **topics):
+        named = {role.removesuffix('_topic'): name for role, name in topics.items()}
+        self.topics = find_topics(recording, guess_type=settings.guess.type, **named)
         self._pairing = Pairing(settings.pairing, settings.guess)
         self._guesses = guesses or {}
         self._inputs = _inputs(self._pairing, self.topics)
@@ -182,6 +172,7 @@ def _inputs(pairing, topics):
         topics.source: pairing.add_scan if is_one else pairing.add_source,
         topics.guess: pairing.add_guess,
         topics.initial_pose: pairing.add_guess,
+        topics.imu: pairing.add_imu,
         **dict.fromkeys(topics.tf, pairing.add_guess),
         **dict.fromkeys(topics.tf_static, pairing.add_static_transforms),
     }

@@ -107,7 +107,7 @@ def test_type_of_the_guess_may_change_while_it_runs(bench, clouds):
     b.transform_of(FIRST)
     (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='identity')])
     assert result.successful
-    assert set(b.node.registration.inputs.subscriptions.held) == {'target', 'source'}
+    assert set(b.node.registration.inputs.subscriptions.held) == {'target', 'source', 'imu'}
     publish_clouds(b, clouds, FIRST + 100 * MS)
     b.transform_of(FIRST + 100 * MS)
 

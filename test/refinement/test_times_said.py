@@ -9,7 +9,7 @@ def test_how_times_are_read_is_said_once():
     said = TimesSaid()
     assert said.news(target=NONE, source=READ) == 'source: field t (uint32) in ns'
     assert said.news(target=NONE, source=READ) == ''
-    assert said.notes == ['times of points: source: field t (uint32) in ns']
+    assert said.notes == ['sweeps: source: field t (uint32) in ns']
 
 
 def test_clouds_that_lack_times_where_others_have_them_are_said_to_be_without():
@@ -29,4 +29,4 @@ def test_notes_that_differ_in_numbers_only_are_one():
     said = TimesSaid()
     for count in range(9):
         said.news(source=TimesRead(None, f'{count} of 400 are not finite'))
-    assert said.notes == ['times of points: source: 0 of 400 are not finite; taken as none']
+    assert said.notes == ['sweeps: source: 0 of 400 are not finite; taken as none']

@@ -15,7 +15,7 @@ from sweeps import (
 )
 
 from idem_ros.core import RegistrationConfig
-from idem_ros.recording.messages import transform_message
+from idem_ros.recording.messages import header, transform_message, typestore
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.run import replay_each
 from idem_ros.replay.settings import Settings
@@ -25,7 +25,7 @@ CONFIG = RegistrationConfig(voxel_size=0.08)
 COUNT = 5
 
 
-def recorded(path, rng, timed=lambda k: True, count=COUNT):
+def recorded(path, rng, timed=lambda k: True, count=COUNT, imu=False):
     """A map, sweeps of a drive in it, a guess each 20 ms, the truth of each sweep."""
     logged = [('/target', START, map_message(rng))]
     for k in range(1, count + 1):
@@ -37,8 +37,19 @@ def recorded(path, rng, timed=lambda k: True, count=COUNT):
         stamp = START + k * PERIOD // 5
         pose = driven((stamp - START) / 1e9)
         logged.append(('/initial_guess', stamp, transform_message(pose, stamp, *FRAMES)))
+    if imu:
+        logged += [('/imu', *imu_message(START + k * 10**7)) for k in range(10 * (count + 2))]
     write_mcap(path, sorted(logged, key=lambda each: each[1]))
     return path
+
+
+def imu_message(stamp):
+    """A stamp and the message of an IMU that turns as the sensor does."""
+    types = typestore().types
+    vector, still = types['geometry_msgs/msg/Vector3'], np.zeros(9)
+    turn = types['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0)
+    rest = still, vector(*TWIST[3:]), still, vector(0.0, 0.0, 9.81), still
+    return stamp, types['sensor_msgs/msg/Imu'](header(stamp, FRAMES[1]), turn, *rest)
 
 
 @pytest.mark.parametrize('reference', ['stamp', 'middle'])
@@ -85,3 +96,15 @@ def test_a_sequence_undoes_each_scan_by_the_motion_before(tmp_path, rng, sequenc
     np.testing.assert_allclose(last.twist, TWIST, atol=0.15)
     poses = [undone.frames[k].refinement.result.T_target_source for k in (-2, -1)]
     assert error_of(np.linalg.solve(*poses), driven(PERIOD / 1e9))[1] < 0.01
+
+
+def test_the_rates_of_an_imu_are_taken_from_the_topic_that_is_named(tmp_path, rng):
+    path = recorded(tmp_path / 'drive.mcap', rng, imu=True)
+    settings = Settings(config=replace(CONFIG, motion='guess'))
+    with_imu, without = (
+        replay_each(path, [settings], **topics)[0] for topics in ({'imu_topic': '/imu'}, {})
+    )
+    said = "imu: the rates of 'lidar' tell the rotation"
+    assert any(said in note for note in with_imu.notes)
+    assert not any('imu' in note for note in without.notes)
+    assert all(frame.error_after().rotation_deg < 0.3 for frame in with_imu.frames)

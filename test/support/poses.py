@@ -52,3 +52,14 @@ def _parts(pose):
     pose = np.eye(4) if pose is None else shifted(pose) if np.isscalar(pose) else pose
     translation, quaternion = translation_and_quaternion(pose)
     return dict(zip('xyz', translation, strict=True)), dict(zip('xyzw', quaternion, strict=True))
+
+
+def imu(stamp, rate, frame='', measures=True):
+    """A sensor_msgs/Imu of angular rates (3,) [rad/s]."""
+    covariance = [0.0 if measures else -1.0] + [0.0] * 8
+    angular = Record(**dict(zip('xyz', map(float, rate), strict=True)))
+    return Record(
+        header=header(stamp, frame),
+        angular_velocity=angular,
+        angular_velocity_covariance=covariance,
+    )
