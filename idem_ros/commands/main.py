@@ -8,6 +8,7 @@ from contextlib import redirect_stdout
 from difflib import get_close_matches
 
 from idem_ros.commands import (
+    align,
     bag,
     compare,
     demo,
@@ -31,6 +32,7 @@ from idem_ros.terminal.printable import ShownStream, message_line
 
 COMMANDS = (
     register,
+    align,
     bag,
     replay,
     evaluate,

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Mask, Points, Transform, Transforms
+from idem_ros.core.arrays import Mask, Matrix6, Points, Transform, Transforms
 from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
@@ -60,9 +60,29 @@ def judged(edges: Sequence[Edge], clouds: Sequence[Cloud], audit: Audit) -> list
             return replace(edge, verdict=Verdict.LOW_OVERLAP, reason=share)
         T = se3.inverse(audit.poses[edge.i]) @ audit.poses[edge.j]
         said = audit.of(clouds[edge.i], clouds[edge.j], T)
-        return replace(edge, verdict=said.verdict, p_aligned=said.p_aligned, reason=said.reason)
+        return replace(edge, **told(said))
 
     return in_threads(audit.workers, judge, edges)
+
+
+def told(said: Assessment) -> dict[str, Any]:
+    """Return an `Assessment` of two clouds as the fields of their `Edge`."""
+    is_usable = said.verdict in USABLE
+    return {
+        'verdict': said.verdict,
+        'p_aligned': said.p_aligned,
+        'reason': said.reason,
+        'covariance': said.covariance if is_usable else None,
+    }
+
+
+def turned_around(covariance: Matrix6, T_i_j: Transform) -> Matrix6:
+    """Return the covariance (6, 6) of i's pose in j, given that of j's pose in i."""
+    R, t = T_i_j[:3, :3], T_i_j[:3, 3]
+    change = np.zeros((6, 6))
+    change[:3, :3] = change[3:, 3:] = -R.T
+    change[:3, 3:] = -R.T @ se3.skew(t)
+    return change @ covariance @ change.T
 
 
 def verdicts_of(

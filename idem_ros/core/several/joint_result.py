@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from idem_ros.core.arrays import Floats, Transforms
+from idem_ros.core.arrays import Floats, Matrix6, Transforms
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import Verdict
@@ -10,7 +10,7 @@ from idem_ros.core.trust.assessment import Verdict
 USABLE = Verdict.ALIGNED, Verdict.DEGENERATE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Edge:
     """Two clouds that meet where the poses put them."""
 
@@ -21,6 +21,9 @@ class Edge:
     verdict: Verdict | None = None  # on the two alone; None where it was not asked for
     p_aligned: float = float('nan')
     reason: str = ''
+    # (6, 6), x y z rx ry rz, of what the two alone say: of cloud j's pose in the axes of cloud i,
+    # about j's origin; None where it was not asked for, or they cannot tell
+    covariance: Matrix6 | None = None
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.registration import register
 from idem_ros.core.result import RegistrationResult
+from idem_ros.core.several.edges import told, turned_around
 from idem_ros.core.several.joint_agreement import JointAgreement
 from idem_ros.core.several.joint_descent import JointSolution
 from idem_ros.core.several.joint_result import CloudVerdict, Edge, JointResult
@@ -51,7 +52,7 @@ def outcome(
     count, numbers = len(problem.clouds), list(found.numbers)
     poses = problem.poses.copy()
     poses[numbers] = found.poses
-    edges = sorted((_renumbered(edge, numbers) for edge in found.edges), key=_ends)
+    edges = sorted((_renumbered(edge, numbers, poses) for edge in found.edges), key=_ends)
     held = sorted(numbers[k] for k in np.flatnonzero(found.fixed))
     verdicts = [_too_few(size) for size in sizes]
     for k, said in zip(numbers, found.verdicts or [_LATE] * len(numbers), strict=True):
@@ -107,6 +108,9 @@ def pair_outcome(
     poses = problem.poses.copy()
     poses[k] = poses[h] @ result.T_target_source
     edge, verdicts = _edge_and_verdicts(result)
+    if h == 1 and edge.covariance is not None:
+        covariance = turned_around(edge.covariance, result.T_target_source)
+        edge = replace(edge, covariance=covariance)
     covariance = np.zeros((12, 12))
     covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = _of_pair(result, poses[h, :3, :3])
     meet = result.overlap > 0.0
@@ -132,8 +136,7 @@ def _edge_and_verdicts(result: RegistrationResult) -> tuple[Edge, tuple[CloudVer
     if said is None:
         return edge, ()
     verdict = CloudVerdict(said.verdict, said.p_aligned, said.reason)
-    judged = replace(edge, verdict=said.verdict, p_aligned=said.p_aligned, reason=said.reason)
-    return judged, (verdict, verdict)
+    return replace(edge, **told(said)), (verdict, verdict)
 
 
 def _of_pair(result: RegistrationResult, R: RotationMatrix) -> Matrix6:
@@ -144,9 +147,12 @@ def _of_pair(result: RegistrationResult, R: RotationMatrix) -> Matrix6:
     return turn @ result.assessment.covariance @ turn.T
 
 
-def _renumbered(edge: Edge, numbers: Sequence[int]) -> Edge:
-    i, j = sorted((numbers[edge.i], numbers[edge.j]))
-    return replace(edge, i=i, j=j)
+def _renumbered(edge: Edge, numbers: Sequence[int], poses: Transforms) -> Edge:
+    i, j = numbers[edge.i], numbers[edge.j]
+    if i < j or edge.covariance is None:
+        return replace(edge, i=min(i, j), j=max(i, j))
+    covariance = turned_around(edge.covariance, se3.inverse(poses[i]) @ poses[j])
+    return replace(edge, i=j, j=i, covariance=covariance)
 
 
 def _ends(edge: Edge) -> tuple[int, int]:
