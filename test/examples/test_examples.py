@@ -41,6 +41,13 @@ def test_a_graph_of_our_edges_is_far_nearer_the_truth_than_the_odometry():
     assert off['graph'] < off['odometry'] / 20
 
 
+def test_scans_registered_at_once_are_nearer_the_truth_than_one_to_the_next(tmp_path):
+    said = said_by('several_clouds.py', tmp_path / 'both.png')
+    off = dict(re.findall(r'^(.*): off by ([\d.]+) deg', said, re.MULTILINE))
+    assert float(off['at once']) < 0.7 * float(off['one to the next'])
+    assert (tmp_path / 'both.png').stat().st_size > 10_000
+
+
 def test_the_evaluation_in_ci_calls_commands_that_there_are_with_rules_that_can_be_read():
     from idem_ros.commands.main import command_line
 

@@ -12,9 +12,19 @@ from idem_ros.core.arrays import Floats, Points, Transforms
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.several.joint_linearization import JointLinearization, linearized_by_group
-from idem_ros.core.several.system import JointSystem, about_middles
+from idem_ros.core.several.system import JointSystem, about_middles, moved
 from idem_ros.core.solve.ball_cost import BallCost
-from idem_ros.core.trust.covariance import FLOOR, LEAST_REGION, PERIOD, REGION
+from idem_ros.core.trust.covariance import (
+    FLOOR,
+    LEAST_CURVATURE,
+    LEAST_REGION,
+    MOST_CURVATURE,
+    PERIOD,
+    REGION,
+    STEP,
+)
+
+PROBES = 5
 
 if TYPE_CHECKING:
     from idem_ros.core.several.joint_descent import JointCost
@@ -42,12 +52,32 @@ def joint_covariance(cost: 'JointCost', poses: Transforms) -> Floats:
     pulls, _ = _by_region(cost.balls, cost.ball_cost, poses)
     system = cost.system(poses)
     moves = system.solved(_of_free(pulls, poses, system))
-    found = moves @ moves.T
+    found = moves @ moves.T / _curvature(cost, poses, system, moves) ** 2
     if cost.known.priors:
         of_priors = (system.matrix - cost.system(poses, with_priors=False).matrix).toarray()
         found += system.solved(system.solved(of_priors / cost.nat).T)
     found += np.diag(np.tile(_floor(cost.balls), len(system.free)))
     return _of_frames(found, system, poses, cost.known.origins)
+
+
+def _curvature(cost: 'JointCost', poses: Transforms, system: JointSystem, moves: Floats) -> float:
+    """Return what the curvature is of the majoriser's, along the errors that are likely.
+
+    Along sums of the regions' moves (6 F, G) with random signs, each as far as the solver's balls
+    still hold most of their members.
+    """
+    rng, parts = np.random.default_rng(0), list[float]()
+    for signs in rng.choice((-1.0, 1.0), (PROBES, moves.shape[1])):
+        move = (moves @ signs).reshape(-1, 6)
+        arm = np.r_[np.full(3, lever_arm(cost.balls)), np.ones(3)]
+        move *= STEP * cost.balls.radius / max(float(np.abs(move * arm).max()), 1e-300)
+        ahead, behind = (
+            cost.system(moved(poses, system.free, sign * move)).gradient for sign in (1.0, -1.0)
+        )
+        along = move.ravel()
+        stiffness = float(along @ (system.matrix @ along))
+        parts.append(float(along @ (ahead - behind)) / 2 / stiffness if stiffness > 0.0 else 1.0)
+    return float(np.clip(np.median(parts), LEAST_CURVATURE, MOST_CURVATURE))
 
 
 def _floor(balls: JointBalls) -> Floats:
