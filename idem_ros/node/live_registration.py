@@ -1,7 +1,6 @@
 """The registration that a node runs: what comes in, a worker that refines it, what goes out."""
 
 import time
-import traceback
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
@@ -9,29 +8,26 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from idem_ros.core import IdemError, RegistrationConfig
-from idem_ros.messages.stamps import seconds
+from idem_ros.core import RegistrationConfig
 from idem_ros.node.capsules import Capsules
 from idem_ros.node.console import Console
-from idem_ros.node.control import Answer, Control, answered, what_came_of
+from idem_ros.node.control import Answer, Control, answered
 from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import EVERY_INPUT
 from idem_ros.node.live_parameters import LiveParameters
 from idem_ros.node.output_config import OutputConfig
-from idem_ros.node.outputs import Outputs
-from idem_ros.node.refining import Job, Refining
-from idem_ros.node.report import PERIOD, Report
+from idem_ros.node.publishing import Publishing
+from idem_ros.node.refining import Refining
+from idem_ros.node.report import PERIOD
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.diagnostics import WARN
-from idem_ros.refinement.outcome import Refinement
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
-from idem_ros.refinement.q_tot_slice import slice_of
 from idem_ros.refinement.refiner import Refiner
 
 
@@ -56,14 +52,17 @@ class LiveRegistration:
         self._parameters = LiveParameters(node, self._configure)
         self.traffic = Traffic(EVERY_INPUT, time.monotonic())
         self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_input, self._on_jump)
-        self.refining = Refining(self.inputs, self.traffic.worker, self._answer, self._refuse)
+        self.refining = Refining(
+            self.inputs,
+            self.traffic.worker,
+            on_result=lambda *given: self._publishing.result(*given),
+            on_refusal=lambda *given: self._publishing.refusal(*given),
+        )
         self._console = Console(node.get_logger())
         self._capsules = Capsules(node.get_logger())
-        self._outputs: Outputs | None = None
-        self._report: Report | None = None
+        self._publishing: Publishing | None = None  # while it is open
         self._control: Control | None = None
         self._timer = None
-        self._last: Refinement | None = None
         self._configure(self._parameters.read())
 
     @property
@@ -81,8 +80,8 @@ class LiveRegistration:
         configs = self._parameters.read()
         self.refining.refiner = Refiner()
         self._configure(configs)
-        self._outputs = Outputs(self.node, configs[OutputConfig])
-        self._report = Report(self.node, self._console)
+        kept = self.traffic, self._console, self._capsules
+        self._publishing = Publishing(self.node, configs[OutputConfig], *kept, self._counts)
         warm_up()  # before there is a subscription: compiling holds the GIL for seconds
         self.inputs.open(configs[SubscriptionConfig])
         asked = {
@@ -95,7 +94,7 @@ class LiveRegistration:
     def start(self) -> None:
         """Take sources, refine them, and publish."""
         self.refining.start()
-        self._report.is_on = True
+        self._publishing.turn(is_on=True)
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self.node.create_timer(PERIOD, self._report_period, clock=wall)
         self.inputs.listen()
@@ -115,16 +114,16 @@ class LiveRegistration:
         self._capsules.stop()
         refused = self.traffic.refused + self.inputs.pairing.refused
         self._console.farewell(self.traffic.received, refused, self.dropped)
-        self._report.is_on = False
+        self._publishing.turn(is_on=False)
 
     def close(self) -> None:
         """Stop, and let go of publishers, services and what was received. May be repeated."""
         self.stop()
         self.inputs.close()
-        for each in (self._control, self._outputs, self._report):
+        for each in (self._control, self._publishing):
             if each is not None:
                 each.close()
-        self._control = self._outputs = self._report = self._last = None
+        self._control = self._publishing = None
 
     def pause(self, is_paused: bool) -> Answer:
         """Leave the newest complete pair unrefined from now on, or go on with it."""
@@ -140,7 +139,7 @@ class LiveRegistration:
 
     def publish_region_of_interest(self) -> Future:
         """Have q_tot evaluated around the last result; return a future `Answer`."""
-        return self.refining.call_soon(self._publish_region)
+        return self.refining.call_soon(lambda: self._publishing.region())
 
     def reset(self) -> Answer:
         """Forget the last result as a guess, where guesses follow it."""
@@ -156,57 +155,12 @@ class LiveRegistration:
     def _submit(self, pair: Pair, received: float | None) -> None:
         self.refining.submit(pair, received)
 
-    def _publish_region(self) -> Answer:
-        if self._last is None:
-            return Answer(False, 'there is no result yet')
-        slice_ = slice_of(self._last)
-        self._outputs.publish_region(self._last, slice_)
-        return Answer(True, str(slice_))
-
-    def _answer(self, job: Job, refinement: Refinement) -> Answer:
-        answer = what_came_of(refinement)
-        if not self.node.context.ok():
-            return answer
-        self._outputs.publish(refinement)
-        if not job.is_settled:
-            now = time.monotonic()
-            self.traffic.note_answer(now, job.received and now - job.received)
-            self._console.result(refinement, now)
-        job.is_settled, self._last = True, refinement
-        self._report.result(refinement, self.dropped)
-        self._capsules.offer(job.pair, refinement, '', self._report.lately)
-        self._publish_debug(refinement)
-        return answer
-
-    def _publish_debug(self, refinement: Refinement) -> None:
-        try:
-            self._outputs.publish_debug(refinement)
-        except Exception as error:  # the pair was answered: it is no refusal
-            self._log_unexpected(error)
-
-    def _refuse(self, job: Job, error: Exception) -> Answer:
-        reason = str(error)
-        if not isinstance(error, IdemError):
-            reason = f'unexpected {type(error).__name__}: {error}'
-        answer = Answer(False, f'refused: {reason}')
-        if not self.node.context.ok():  # shutting down; publishing is what failed
-            return answer
-        if not isinstance(error, IdemError):
-            self._log_unexpected(error)
-        self.traffic.refused += not job.is_settled
-        self._report.refused(reason, job.pair.stamp, self._counts())
-        self._capsules.offer(job.pair, None, reason, self._report.lately)
-        return answer
-
-    def _log_unexpected(self, error: Exception) -> None:
-        self.node.get_logger().error(''.join(traceback.format_exception(error)))
-
     def _refuse_input(self, refusal: Refusal) -> None:
-        self._report.refused(refusal.reason, refusal.stamp, self._counts())
+        self._publishing.refused_input(refusal)
 
     def _on_jump(self, by: int) -> None:
         self.refining.forget_newest()
-        self._report.clock_set_back(seconds(by), self._counts())
+        self._publishing.clock_set_back(by)
 
     def _report_period(self) -> None:
         pairing, refining = self.inputs.pairing, self.refining
@@ -227,7 +181,7 @@ class LiveRegistration:
         if unheard := self.inputs.unheard:
             reason = '; '.join([*unheard, load.reason])
             load = replace(load, level=max(load.level, WARN), reason=reason)
-        self._report.period(*state, self._counts(), load)
+        self._publishing.period(*state, load)
 
     def _counts(self) -> dict[str, int]:
         return {'dropped': self.dropped, 'clock_jumps': self.inputs.pairing.jumps}
@@ -237,5 +191,5 @@ class LiveRegistration:
         self.refining.refiner.configure(*(configs[kind] for kind in kinds))
         self.inputs.configure(configs[PairingConfig], configs[GuessConfig])
         self._capsules.configure(configs)
-        if self._outputs:
-            self._outputs.configure(configs[OutputConfig])
+        if self._publishing:
+            self._publishing.configure(configs[OutputConfig])
