@@ -1,9 +1,10 @@
 """Recordings evaluated in processes of their own; one that is killed takes no other with it."""
 
 import logging
-from collections import Counter
+from collections import Counter, deque
 from concurrent.futures import FIRST_COMPLETED, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
 from multiprocessing.sharedctypes import RawArray
 
 from idem_ros.core.exceptions import IdemError
@@ -13,7 +14,7 @@ from idem_ros.evaluation.worker_pool import worker_pool
 RUNS = 3  # of a recording whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are
 BEGUN, DONE, TOTAL = range(3)
-_counters = None  # in a worker: those of `_Counters`
+_counters = None  # in a worker: three numbers of each task
 
 
 class WorkersFailed(IdemError):
@@ -23,8 +24,7 @@ class WorkersFailed(IdemError):
 def in_processes(tasks, jobs, watch=lambda index, done, total: None):
     """Evaluate recordings in worker processes.
 
-    When a worker is killed, the pool breaks, and nobody says which recording did it. Those that
-    were under way are done again one by one, at most twice each; all others go on as before.
+    A recording whose worker is killed is done again by another, at most twice.
 
     Args:
         tasks: [`Task`].
@@ -38,48 +38,52 @@ def in_processes(tasks, jobs, watch=lambda index, done, total: None):
         WorkersFailed: no worker begins.
     """
     counters = RawArray('q', 3 * len(tasks))
-    left, kills, idle = list(range(len(tasks))), Counter(), 0
-    while left:
-        together = [i for i in left if not kills[i]]
-        batch, ended = together or left[:1], set()
-        for index, outcome in _round(tasks, batch, jobs if together else 1, counters, watch):
-            ended.add(index)
-            yield index, outcome
-        suspects = [i for i in batch if i not in ended and counters[3 * i + BEGUN]]
-        idle = 0 if ended or suspects else idle + 1
-        if idle == RUNS:
-            raise WorkersFailed(f'{RUNS} times no worker process came to begin its work')
-        for i in suspects:
-            counters[3 * i + BEGUN] = 0
-            kills[i] += 1
-            if kills[i] == RUNS:
-                ended.add(i)
-                yield i, Outcome(tasks[i].path, reason=f'its worker was killed {RUNS} times')
-            else:
-                logging.warning('%s: a worker was killed; it is done again', tasks[i].path)
-        left = [i for i in left if i not in ended]
+    left, running, kills = deque(range(len(tasks))), {}, Counter()
+    with ExitStack() as stack:
+
+        def new_pool():  # of one process: where it is killed, it is known over which recording
+            return stack.enter_context(worker_pool(1, _begin, counters))
+
+        idle = [new_pool() for _ in range(min(jobs, len(tasks)))]
+        while left or running:
+            while idle and left:
+                index, pool = left.popleft(), idle.pop()
+                running[pool.submit(_run, index, tasks[index])] = index, pool
+            for future in _ended(running, counters, watch):
+                index, pool = running.pop(future)
+                outcome = _outcome(future, tasks[index])
+                idle.append(pool if outcome else new_pool())
+                kills[index] += outcome is None
+                if outcome or kills[index] == RUNS:
+                    yield index, outcome or _killed(tasks[index], counters[3 * index + BEGUN])
+                else:
+                    logging.warning('%s: a worker was killed; it is done again', tasks[index].path)
+                    left.appendleft(index)
 
 
-def _round(tasks, indices, jobs, counters, watch):
-    """Yield (index, outcome) until all are done or the pool breaks."""
-    with worker_pool(min(jobs, len(indices)), _begin, counters) as pool:
-        try:
-            indices_of = {pool.submit(_run, i, tasks[i]): i for i in indices}
-        except BrokenProcessPool:
-            return
-        while indices_of:
-            ended, _ = wait(indices_of, POLL, FIRST_COMPLETED)
-            for i in indices:
-                if counters[3 * i + BEGUN]:
-                    watch(i, counters[3 * i + DONE], counters[3 * i + TOTAL])
-            for future in sorted(ended, key=indices_of.get):  # as the tasks are, not as a set is
-                index = indices_of.pop(future)
-                try:
-                    yield index, future.result()
-                except BrokenProcessPool:
-                    continue
-                except Exception as error:
-                    yield index, failed(tasks[index], error)
+def _ended(running, counters, watch):
+    """Return what has ended of {future: (index, pool)}, as the tasks are, after a while."""
+    ended, _ = wait(running, POLL, FIRST_COMPLETED)
+    for index, _ in running.values():
+        if counters[3 * index + BEGUN]:
+            watch(index, counters[3 * index + DONE], counters[3 * index + TOTAL])
+    return sorted(ended, key=lambda future: running[future][0])
+
+
+def _outcome(future, task):
+    """Return the `Outcome` of a task; None where its worker was killed."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        return None
+    except Exception as error:
+        return failed(task, error)
+
+
+def _killed(task, has_begun):
+    if not has_begun:
+        raise WorkersFailed(f'{RUNS} times no worker process came to begin its work')
+    return Outcome(task.path, reason=f'its worker was killed {RUNS} times')
 
 
 def failed(task, error):
@@ -94,10 +98,7 @@ def _begin(counters):
 
 def _run(index, task):
     _counters[3 * index + BEGUN] = 1
-    try:
-        return evaluated(task, lambda messages, total: _counted(messages, total, 3 * index))
-    finally:
-        _counters[3 * index + BEGUN] = 0
+    return evaluated(task, lambda messages, total: _counted(messages, total, 3 * index))
 
 
 def _counted(messages, total, offset):
