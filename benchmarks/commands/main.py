@@ -4,7 +4,7 @@ import os
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, docs, unseen, voxels
+from benchmarks.commands import beyond, docs, sweeps, unseen, voxels
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -70,6 +70,7 @@ def _parser():
     )
     add_output_options(report)
     report.set_defaults(run=_report)
+    sweeps.add_parser(kinds)
     beyond.add_parsers(kinds)
     docs.add_parser(kinds)
     return parser

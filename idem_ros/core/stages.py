@@ -1,8 +1,11 @@
 """The stages of a registration, coarse to fine: each starts where the one before it ended."""
 
+import numpy as np
+
 from idem_ros.core.arrays import Transform, Twists
 from idem_ros.core.blocks import OutOfTime
 from idem_ros.core.retry import Try, next_try
+from idem_ros.core.solve.cost import Linearization
 from idem_ros.core.solve.descent import Descent, not_begun
 from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose
 from idem_ros.core.solve.newton import Criteria, Solution, Termination, minimize
@@ -91,8 +94,8 @@ def _through_moving(pair: Pair, stage: Stage, descent: Descent, motions: Twists 
     solution = minimize(moving, start, _criteria(pair, stage), both)
     cost, T, sweep = moving.at(solution.transform)
     steps = descent.iterations + solution.iterations
-    matrix = of_common_twist(solution.matrix)
-    solution = solution._replace(transform=T, matrix=matrix)
+    rigid = of_common_twist(Linearization(np.zeros((1, 12)), solution.matrix[None]))
+    solution = solution._replace(transform=T, matrix=rigid.matrix)
     return descent._replace(
         solution=solution, cost=cost, iterations=steps, moving=moving, sweep=sweep
     )

@@ -39,38 +39,48 @@ def reduce_to_voxels(
         low: (3,) corner of the first voxel, no point is below; None: the cloud's own.
     """
     low = bounds(points)[0] if low is None else low
-    slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int32)
-    sums, corners = np.empty((len(points), 10)), np.empty((len(points), 3), np.int64)
+    slots, sums, corners = _room(len(points))
     n = _accumulate(points, weights, low, voxel_size, slots, corners, sums)
+    return _means(n, sums, corners, low, voxel_size)
+
+
+def reduce_with_times(
+    points: Points, weights: Weights, times: Floats, voxel_size: float
+) -> tuple[Voxels, Floats]:
+    """Return the `Voxels` of `reduce_to_voxels`, and the mean time, (M,), of each.
+
+    times (N,): that of each point.
+    """
+    low = bounds(points)[0]
+    slots, sums, corners = _room(len(points), 11)
+    n = _accumulate_with_times(points, weights, low, voxel_size, slots, corners, sums, times)
+    return _means(n, sums, corners, low, voxel_size), sums[:n, 10] / sums[:n, 0]
+
+
+def _room(count: int, columns: int = 10) -> tuple[Integers32, Floats, Integers]:
+    """Return a hash table for voxels of so many points, their sums and their corners."""
+    slots = np.full(1 << (2 * count - 1).bit_length(), -1, np.int32)
+    return slots, np.empty((count, columns)), np.empty((count, 3), np.int64)
+
+
+def _means(n: int, sums: Floats, corners: Integers, low: Point, size: float) -> Voxels:
     mean, reduced = np.empty((n, 3)), np.empty((n, 7))
-    _to_means(sums, corners, low, voxel_size, mean, reduced)
+    _to_means(sums, corners, low, size, mean, reduced)
     return Voxels(mean, reduced)
 
 
-def mean_in_voxels(points: Points, weights: Weights, values: Floats, voxel_size: float) -> Floats:
-    """Return the mean value, (M,), of the points in each of the voxels of `reduce_to_voxels`.
-
-    values (N,): one of each point.
-    """
-    low, _ = bounds(points)
-    slots = np.full(1 << (2 * len(points) - 1).bit_length(), -1, np.int32)
-    sums, corners = np.empty((len(points), 2)), np.empty((len(points), 3), np.int64)
-    n = _accumulate_values(points, weights, low, voxel_size, slots, corners, values, sums)
-    return sums[:n, 1] / sums[:n, 0]
-
-
 @kernel
-def _accumulate_values(
+def _accumulate_with_times(
     points: Points,
     weights: Weights,
     low: Point,
     size: float,
     slots: Integers32,
     corners: Integers,
-    values: Floats,
     sums: Floats,
+    times: Floats,
 ) -> int:
-    """Sum weights and weighted values of each voxel; voxels are numbered as in `_accumulate`."""
+    """Do what `_accumulate` does, with the sum of times in an eleventh column."""
     mask = slots.shape[0] - 1
     each = np.int64(weights.shape[0] > 1)
     n, v = 0, 0
@@ -84,9 +94,9 @@ def _accumulate_values(
                 sums[n, :] = 0.0
                 n += 1
             last_x, last_y, last_z = x, y, z
-        w = weights[i * each, 0]
-        sums[v, 0] += w
-        sums[v, 1] += w * values[i]
+        d = px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size
+        _add(sums[v], d, weights[i * each])
+        sums[v, 10] += weights[i * each, 0] * times[i]
     return n
 
 

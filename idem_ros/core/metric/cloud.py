@@ -24,7 +24,7 @@ from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.geometry.grid import Grid, bounds, build_grid
 from idem_ros.core.geometry.undistortion import checked_times
-from idem_ros.core.geometry.voxels import mean_in_voxels, reduce_to_voxels
+from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
@@ -208,12 +208,13 @@ class Cloud:
         return None
 
     def _reduced(self, voxel_size: float) -> Cloud:
-        cloud = Cloud.__new__(Cloud)
-        mean, weights = reduce_to_voxels(self._points, self._weights, voxel_size)
+        cloud, raw, times = Cloud.__new__(Cloud), (self._points, self._weights), None
+        if self.times is None:
+            mean, weights = reduce_to_voxels(*raw, voxel_size)
+        else:
+            (mean, weights), times = reduce_with_times(*raw, self.times, voxel_size)
         cloud._init(self.origin, np.ones(len(mean), bool), mean, weights, self._kept.most)
-        if self.times is not None:
-            times = mean_in_voxels(self._points, self._weights, self.times, voxel_size)
-            cloud.times = _read_only(times)
+        cloud.times = None if times is None else _read_only(times)
         return cloud
 
     def moved_to(self, points: Points) -> Cloud:

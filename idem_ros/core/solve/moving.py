@@ -12,7 +12,6 @@ from idem_ros.core.arrays import (
     Indices,
     Integers,
     Integers32,
-    Matrix6,
     Transform,
     Transforms,
     Twists,
@@ -22,6 +21,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.candidates import SKIN, CandidatePairs
+from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
 from idem_ros.core.solve.linearization import SUMS, linearize, of_both
@@ -42,12 +42,16 @@ class MovingCost:
         sweep: `Sweep` where the stage begins.
 
     Attributes:
-        sweep: the same where its balls' own moments are of.
+        sweep: the same at the latest poses.
     """
 
     def __init__(self, pair: Pair, stage: Stage, sweep: Sweep) -> None:
-        self._pair, self._stage = pair, stage
-        self._begin_anew(sweep)
+        source, target, size = sweep.undone(), pair.target, stage.voxel_size
+        if size is not None:
+            source, target = source.reduced(size), target.reduced(size)
+        self.sweep, self._of_stage = sweep, sweep.of_undone(source)
+        self._pair, self._stage = pair._replace(target=target), stage._replace(voxel_size=None)
+        self._begin_anew(source)
 
     def at(self, poses: Transforms) -> tuple[JointEntropy, Transform, Sweep]:
         """Return the cost of the source as it lies at the poses, and what they are.
@@ -58,13 +62,14 @@ class MovingCost:
             OutOfTime: the workers of the balls are late.
         """
         T, twist = self.sweep.read(poses)
+        self.sweep = self.sweep._replace(twist=twist)
         points, balls = self.sweep.moved(self._measured, self._times, twist), self._cost.balls
         farthest = _farthest(points, self._start)
         if farthest > MOST_SHIFT * balls.radius:
-            self._begin_anew(self.sweep._replace(twist=twist))
+            self._begin_anew(self._of_stage._replace(twist=twist).undone())
         else:
             balls.shift_source(points, farthest)
-        return self._cost, T, self.sweep._replace(twist=twist)
+        return self._cost, T, self.sweep
 
     def linearize(self, poses: Transforms) -> Linearization:
         """Return gradient (12,) and matrix (12, 12), for twists on the left of both poses.
@@ -83,18 +88,16 @@ class MovingCost:
             self._shares,
         )
         _, gradients, matrices = of_both(sums[0], sums[1], T)
-        return of_two_poses(gradients, matrices, MIDDLES)
+        found = of_two_poses(gradients[None], matrices[None], MIDDLES)
+        return Linearization(found.gradient[0], found.matrix[0])
 
-    def _begin_anew(self, sweep: Sweep) -> None:
-        """Make the balls of the source as it lies by its twist, with their own moments."""
-        source, size = sweep.undone(), self._stage.voxel_size
+    def _begin_anew(self, source: Cloud) -> None:
+        """Make the balls of the stage's source as it lies, with their own moments."""
         self._cost = self._pair._replace(source=source).cost(self._stage)
-        self.sweep, lying = sweep, self._cost.balls.source
-        times = (source if size is None else source.reduced(size)).times
-        assert times is not None, 'it has times'
-        assert sweep.twist is not None, 'it moves'
-        self._times, self._start = times[lying.order], lying.grid.points
-        self._measured = sweep.moved(self._start, self._times, -sweep.twist)
+        lying, measured = self._cost.balls.source, self._of_stage.measured
+        assert measured.times is not None, 'a sweep has times'
+        self._times, self._start = measured.times[lying.order], lying.grid.points
+        self._measured = measured.points[lying.order]
         self._binned: CandidatePairs | None = None
 
     def times_of_centres(self, T: Transform, parts: int) -> tuple[Integers, Integers]:
@@ -125,22 +128,25 @@ class MovingCost:
 
 
 def of_two_poses(gradients: Floats, matrices: Floats, times: Floats) -> Linearization:
-    """Return gradient (..., 12) and matrix (..., 12, 12) of two poses, by those of like times.
+    """Return gradients (N, 12) and matrices (N, 12, 12) of two poses, by those of like times.
 
     Args:
-        gradients: (..., G, 6), for a twist that moves points of a time.
-        matrices: (..., G, 6, 6), likewise.
+        gradients: (N, G, 6), for a twist that moves points of a time.
+        matrices: (N, G, 6, 6), likewise.
         times: (G,), 0 at the first pose, 1 at the second.
     """
-    *before, _, _ = gradients.shape
-    gradient, matrix = np.empty((*before, 2, 6)), np.empty((*before, 2, 6, 2, 6))
-    share = 1.0 - times, times
-    for a in range(2):
-        gradient[..., a, :] = np.einsum('g,...gi->...i', share[a], gradients)
-        for b in range(2):
-            both = share[a] * share[b]
-            matrix[..., a, :, b, :] = np.einsum('g,...gij->...ij', both, matrices)
-    return Linearization(gradient.reshape(*before, 12), matrix.reshape(*before, 12, 12))
+    share = np.stack([1.0 - times, times])
+    both = share[:, None] * share[None]
+    gradient = np.einsum('ag,ngi->nai', share, gradients)
+    matrix = np.einsum('abg,ngij->naibj', both, matrices)
+    return Linearization(gradient.reshape(-1, 12), matrix.reshape(-1, 12, 12))
+
+
+def of_common_twist(linearization: Linearization) -> Linearization:
+    """Return the sums (6,) and (6, 6) of (N, 12) and (N, 12, 12), for one twist of both poses."""
+    gradient = linearization.gradient.sum(axis=0).reshape(2, 6).sum(axis=0)
+    matrix = linearization.matrix.sum(axis=0).reshape(2, 6, 2, 6).sum(axis=(0, 2))
+    return Linearization(gradient, matrix)
 
 
 def of_each_pose(motions: Twists) -> Floats:
@@ -149,11 +155,6 @@ def of_each_pose(motions: Twists) -> Floats:
     result = np.zeros((2 * rows, 2 * columns))
     result[:rows, :columns] = result[rows:, columns:] = motions
     return result
-
-
-def of_common_twist(matrices: Floats) -> Matrix6:
-    """Return the (6, 6) of a matrix (12, 12) for the same twist of both poses."""
-    return matrices.reshape(2, 6, 2, 6).sum(axis=(0, 2))
 
 
 @kernel

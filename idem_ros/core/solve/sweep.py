@@ -36,14 +36,14 @@ class Sweep(NamedTuple):
 
     def undone(self) -> Cloud:
         """Return the cloud as a sensor would have seen it that stood still at the reference."""
-        if self.twist is None or self.measured.times is None:
+        if self.twist is None or self.measured.times is None or not self.twist.any():
             return self.measured
         points, times = np.array(self.measured.points), np.array(self.measured.times)
         return self.measured.moved_to(self.moved(points, times, self.twist))
 
     def of_undone(self, cloud: Cloud) -> Sweep:
         """Return the sweep of what was made of the cloud undone, such as its voxels."""
-        if self.twist is None or cloud.times is None:
+        if self.twist is None or cloud.times is None or not self.twist.any():
             return self._replace(measured=cloud)
         points, times = np.array(cloud.points), np.array(cloud.times)
         return self._replace(measured=cloud.moved_to(self.moved(points, times, -self.twist)))

@@ -11,7 +11,9 @@ from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.noise import quantile, share_of_sheets
 from idem_ros.core.metric.overlap import Overlap
+from idem_ros.core.solve.cost import Linearization
 from idem_ros.core.solve.descent import Descent
+from idem_ros.core.solve.moving import of_common_twist
 from idem_ros.core.solve.newton import Termination, newton_step
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair
 from idem_ros.core.solve.tuning import TrustTuning
@@ -19,7 +21,7 @@ from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.contrast import contrast_along
 from idem_ros.core.trust.covariance import by_region, covariance_of, of_model
-from idem_ros.core.trust.moving_covariance import covariances_of_sweep
+from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariances_in_motion
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, to_pose
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
@@ -78,13 +80,12 @@ def assess(
     balls, trust = cost.balls, pair.trust
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
-    pulls, stiffness = by_region(cost, T, observability)
-    covariance, of_twist = _covariances(pair, descent, observability, pulls, stiffness)
+    total, covariance, of_twist = _pull_and_covariances(pair, descent, observability)
     firmness = _along_held(covariance, observability)
     seen = _Seen(
         discord=_discord(agreement),
         contrast=_least_contrast(balls, T, observability),
-        step=_step(observability, pulls.sum(axis=0), stiffness.sum(axis=0)) / balls.radius,
+        step=_step(observability, *total) / balls.radius,
         spread=float(np.sqrt(np.linalg.eigvalsh(firmness)[-1:].sum())) / balls.radius,
         overlap=agreement.overlap.most,
         way=way_between(descent.first or balls, T, T_guess),
@@ -112,17 +113,22 @@ def assess(
     return audited(said, to_pose(position) @ off, held + more, pair.config.audit_tolerance)
 
 
-def _covariances(
-    pair: Pair, descent: Descent, observability: Observability, pulls: Floats, stiffness: Floats
-) -> tuple[Matrix6, Matrix6 | None]:
-    """Return the covariance of the pose, and that of the twist, where it was solved, too."""
+def _pull_and_covariances(
+    pair: Pair, descent: Descent, observability: Observability
+) -> tuple[Linearization, Matrix6, Matrix6 | None]:
+    """Return gradient and matrix, the pose's covariance and, where it was solved, the twist's."""
     cost, T = descent.cost, descent.solution.transform
     assert cost is not None, 'a pose is judged by its cost'
     jumps = pair.trust.jumps if pair.sampling.jumps else 1.0
     if descent.moving is None:
-        return jumps * covariance_of(cost, T, observability, pulls, stiffness), None
-    of_pose, of_twist = covariances_of_sweep(descent.moving, cost, T, observability)
-    return jumps * of_pose, jumps * of_twist
+        pulls, stiffness = by_region(cost, T, observability)
+        covariance = covariance_of(cost, T, observability, pulls, stiffness)
+        total = Linearization(pulls.sum(axis=0), stiffness.sum(axis=0))
+        return total, jumps * covariance, None
+    regions = by_region_in_motion(descent.moving, cost, T, observability)
+    found = covariances_in_motion(regions, descent.moving.sweep, cost, T, observability)
+    of_pose, of_twist = found
+    return of_common_twist(regions), jumps * of_pose, jumps * of_twist
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:

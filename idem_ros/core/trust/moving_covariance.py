@@ -8,7 +8,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform
 from idem_ros.core.geometry import se3
-from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
 from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
@@ -23,49 +23,20 @@ from idem_ros.core.trust.covariance import (
 )
 from idem_ros.core.trust.observability import Observability
 
-TIMES = 8  # parts of the sweep that a region's points are told apart by
+TIMES = 4  # parts of the sweep that a region's points are told apart by
 
 
-def covariances_of_sweep(
+def by_region_in_motion(
     moving: MovingCost, cost: JointEntropy, T: Transform, observability: Observability
-) -> tuple[Matrix6, Matrix6]:
-    """Return the (6, 6) covariances of the pose and of the twist.
-
-    Of a twist (omega, v) on the left of the pose at the reference, and of the sweep's twist,
-    x y z rx ry rz of the source frame, a second.
+) -> Linearization:
+    """Return gradients (G, 12) and Gauss-Newton matrices (G, 12, 12) of the regions.
 
     Args:
         moving: of the last stage, where it ended.
         cost: of the source as it lies there.
         T: (4, 4) the pose at the reference, between the clouds' origins.
-        observability: there; what it leaves free is free in both poses.
+        observability: there.
     """
-    both = _of_two_poses(moving, cost, T, observability)
-    at = moving.sweep.fraction
-    share = np.kron([1.0 - at, at], np.eye(6))
-    return share @ both @ share.T, _of_twist(both, moving.sweep, T)
-
-
-def _of_two_poses(
-    moving: MovingCost, cost: JointEntropy, T: Transform, observability: Observability
-) -> Floats:
-    """Return the (12, 12) covariance of twists (omega, v) on the left of the two poses."""
-    pulls, stiffness = _by_region(moving, cost, T, observability)
-    of_one, _ = firm_and_loose(observability.held, of_common_twist(stiffness.sum(axis=0)))
-    firm, roots = curved(cost, T, of_one, observability)
-    softer = of_each_pose(roots @ np.linalg.pinv(firm))
-    units = of_each_pose(observability.held)
-    held, loose = firm_and_loose(units, stiffness.sum(axis=0))
-    loose = np.concatenate([of_each_pose(observability.free), loose], axis=1)
-    scatter = scatter_of(pulls, stiffness, held, softer @ held)
-    floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
-    return scatter + floor + observability.lever_arm**2 * loose @ loose.T
-
-
-def _by_region(
-    moving: MovingCost, cost: JointEntropy, T: Transform, observability: Observability
-) -> tuple[Floats, Floats]:
-    """Return gradients (G, 12) and Gauss-Newton matrices (G, 12, 12) of the regions."""
     groups = [
         TIMES * region + time
         for region, time in zip(
@@ -76,9 +47,46 @@ def _by_region(
     turns = [in_turn(group, count) for group in groups]
     pulls, stiffness = linearized(cost, T, turns, groups, count)
     pulls, stiffness = pulls.reshape(-1, TIMES, 6), stiffness.reshape(-1, TIMES, 6, 6)
-    some = stiffness.any(axis=(1, 2, 3))
+    some = stiffness[:, :, 3, 3].any(axis=1)
     middles = (np.arange(TIMES) + 0.5) / TIMES
     return of_two_poses(pulls[some], stiffness[some], middles)
+
+
+def covariances_in_motion(
+    regions: Linearization,
+    sweep: Sweep,
+    cost: JointEntropy,
+    T: Transform,
+    observability: Observability,
+) -> tuple[Matrix6, Matrix6]:
+    """Return the (6, 6) covariances of the pose and of the twist.
+
+    Of a twist (omega, v) on the left of the pose at the reference, and of the sweep's twist,
+    x y z rx ry rz of the source frame, a second.
+
+    Args:
+        regions: `by_region_in_motion`.
+        sweep: that was found.
+        cost, T, observability: as there; what is free is so in both poses.
+    """
+    both = _of_two_poses(regions, cost, T, observability)
+    share = np.kron([1.0 - sweep.fraction, sweep.fraction], np.eye(6))
+    return share @ both @ share.T, _of_twist(both, sweep, T)
+
+
+def _of_two_poses(
+    regions: Linearization, cost: JointEntropy, T: Transform, observability: Observability
+) -> Floats:
+    """Return the (12, 12) covariance of twists (omega, v) on the left of the two poses."""
+    of_one, _ = firm_and_loose(observability.held, of_common_twist(regions).matrix)
+    firm, roots = curved(cost, T, of_one, observability)
+    softer = of_each_pose(roots @ np.linalg.pinv(firm))
+    units = of_each_pose(observability.held)
+    held, loose = firm_and_loose(units, regions.matrix.sum(axis=0))
+    loose = np.concatenate([of_each_pose(observability.free), loose], axis=1)
+    scatter = scatter_of(regions.gradient, regions.matrix, held, softer @ held)
+    floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
+    return scatter + floor + observability.lever_arm**2 * loose @ loose.T
 
 
 def _of_twist(covariance: Floats, sweep: Sweep, T: Transform) -> Matrix6:

@@ -19,8 +19,8 @@ class OneStage:
     def __init__(self, target, source=None):
         self.target, self.source = target, source
 
-    def _replace(self, source):
-        return OneStage(self.target, source)
+    def _replace(self, **clouds):
+        return OneStage(**{'target': self.target, 'source': self.source, **clouds})
 
     def cost(self, stage):
         return joint_entropy(self.target, self.source, stage.radius)
@@ -66,12 +66,12 @@ def test_two_poses_interpolate_between_the_twists_of_either(rng):
         gradient += both.T @ r
         matrix += both.T @ both
     found = of_two_poses(
-        np.einsum('gki,gk->gi', jacobians, residuals),
-        np.einsum('gki,gkj->gij', jacobians, jacobians),
+        np.einsum('gki,gk->gi', jacobians, residuals)[None],
+        np.einsum('gki,gkj->gij', jacobians, jacobians)[None],
         times,
     )
-    assert found.gradient == pytest.approx(gradient, rel=1e-12)
-    assert found.matrix == pytest.approx(matrix, rel=1e-12)
+    assert found.gradient[0] == pytest.approx(gradient, rel=1e-12)
+    assert found.matrix[0] == pytest.approx(matrix, rel=1e-12)
 
 
 def test_the_poses_of_a_sweep_are_read_back(rng):

@@ -1,0 +1,1 @@
+"""`python -m benchmarks sweeps`: sensors that move while they scan."""

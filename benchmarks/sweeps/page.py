@@ -1,0 +1,99 @@
+"""The figures of sweeps as a page, and as what JSON holds."""
+
+from typing import NamedTuple
+
+from benchmarks.goal import goals_table
+from benchmarks.sweeps import cost, newer, odometry, pairs
+from idem_ros.terminal.markdown import number, table
+
+PAIRS = """\
+{trials} simulated sweeps of 0.1 s, in street, forest, tunnel (5, 10, 20 m/s) and room (1, 2,
+3 m/s), turning by 20, 45, 90°/s; 16, 32, 64, 128 rings of 900 points, 2 cm of range noise. The
+target is a scan from a pose before, the guess 1.5° and 0.3 m off (0.1 m in rooms), the pose that
+at the middle of the sweep; voxels as "auto" finds them. Nothing was chosen on these scenes.
+Right: below 1° and half a spacing. NEES: mean over the right ones, over 6."""
+
+NEWER = """\
+Median distance of the points to where an IMU-aided SLAM has them, solved from no motion against
+those [cm]. The least that one constant twist leaves is that of a fit to the truth itself; surfaces
+that are the same in both clouds let the solver come closer."""
+
+ODOMETRY = """\
+{scans} sweeps of a drive, each against the {kept} before, undone by what was found of them; start
+and twist from the one before; both are told the first step. KISS-ICP at voxels of that size, with
+its own deskewing, its poses taken for those at the instant that suits it best. Median error of the
+translation from scan to scan [mm]."""
+
+
+class Found(NamedTuple):
+    """All that was measured."""
+
+    outcomes: list
+    newer: tuple
+    odometry: dict
+    undoing_ms: float
+    rigid_ms: float
+    solving_ms: float
+
+
+def goals(found):
+    """Return all `Goal`s."""
+    return [
+        *pairs.goals(found.outcomes),
+        *newer.goals(found.newer),
+        *odometry.goals(found.odometry),
+        *cost.goals(found.undoing_ms, found.rigid_ms, found.solving_ms),
+    ]
+
+
+def markdown(found, reached, trials):
+    """Return the page; reached: the `Goal`s."""
+    parts = ['# Sweeps', goals_table(reached), '## Pairs', PAIRS.format(trials=trials)]
+    parts.append(_pairs_table(found.outcomes))
+    if found.newer:
+        rows = [
+            (k, *map(number, row), number(least))
+            for k, (row, least) in enumerate(zip(found.newer, newer.LEAST_CM, strict=True))
+        ]
+        heads = 'sweep', 'before', 'at voxels of 0.25 m', 'at those found', 'least'
+        parts += ['## newer_06', NEWER, table(heads, rows)]
+    rows = [
+        (kind, number(ours, 1e3), '-' if theirs is None else number(theirs, 1e3))
+        for kind, (ours, theirs) in found.odometry.items()
+    ]
+    text = ODOMETRY.format(scans=odometry.SCANS, kept=odometry.KEPT)
+    parts += ['## Odometry', text, table(('drive', 'IDEM', 'KISS-ICP'), rows)]
+    parts.append(
+        f'## Time\n\nUndoing {cost.POINTS} points {number(found.undoing_ms)} ms; a refinement '
+        f'{number(found.rigid_ms)} ms rigid, {number(found.solving_ms)} ms with the motion solved.'
+    )
+    return '\n\n'.join(parts) + '\n'
+
+
+def json_record(found, reached):
+    """Return what JSON holds."""
+    record = found._asdict()
+    record['outcomes'] = [each._asdict() for each in found.outcomes]
+    return {**record, 'goals': [goal.record() for goal in reached]}
+
+
+def _pairs_table(outcomes):
+    ways = list(dict.fromkeys(each.way for each in outcomes))
+    rows = []
+    for kind in (None, *dict.fromkeys(each.kind for each in outcomes)):
+        for way in ways:
+            some = pairs.of_way(outcomes, way, kind)
+            rotation, wide, translation, far, right, nees = pairs.figures(some)
+            rows.append(
+                (
+                    kind or 'all',
+                    way,
+                    len(some),
+                    f'{number(rotation)} / {number(wide)}',
+                    f'{number(translation, 1e3)} / {number(far, 1e3)}',
+                    f'{100 * right:.0f} %',
+                    number(nees),
+                )
+            )
+    heads = 'scene', 'undone by', 'n', 'median / p90 [deg]', '[mm]', 'right', 'NEES over 6'
+    return table(heads, rows)
