@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Mask, Matrix6, Point, Transform
+from idem_ros.core.arrays import Floats, Mask, Matrix6, Point, Transform, Transforms
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls, from_origins
 from idem_ros.core.metric.entropy import length_unit
@@ -58,6 +58,8 @@ class RegistrationResult:
     twist: Floats | None = None
     moved: float = 0.0  # how far that moved the points, the median, in the clouds' unit
     motion_flaw: str = ''  # why a motion that was to be undone was not
+    # (S, 4, 4): T_target_source after each step of all stages; none where a motion was solved
+    path: Transforms = field(default_factory=lambda: np.empty((0, 4, 4)))
 
     @property
     def converged(self) -> bool:
@@ -124,6 +126,9 @@ def result_at(
         twist=sweep.twist_of_frame(),
         moved=sweep.distance(),
         motion_flaw=sweep.flaw,
+        path=np.reshape(
+            [from_origins(pair.target, pair.source, each) for each in descent.path], (-1, 4, 4)
+        ),
     )
 
 

@@ -82,7 +82,8 @@ def _through(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None)
     cost = pair.cost(stage)
     solution = minimize(cost, descent.solution.transform, _criteria(pair, stage), motions)
     steps = descent.iterations + solution.iterations
-    return descent._replace(solution=solution, cost=cost, iterations=steps)
+    path = descent.path + solution.path
+    return descent._replace(solution=solution, cost=cost, iterations=steps, path=path)
 
 
 def _through_moving(pair: Pair, stage: Stage, descent: Descent, motions: Twists | None) -> Descent:

@@ -17,7 +17,7 @@ from idem_ros.report.plots import STYLE, save
 from idem_ros.report.views import draw_from_above, png, seen_from_above
 from idem_ros.terminal.printable import printable
 
-NAMES = 'at the guess', 'refined'
+GUESS, REFINED = 'at the guess', 'refined'
 
 
 def page(scene, headline):
@@ -33,14 +33,14 @@ def page(scene, headline):
     )
     environment.filters['link'] = data_link
     with rc_context(STYLE):
-        pictures = dict(zip(NAMES, _from_above(scene), strict=True))
+        pictures = dict(_from_above(scene))
         curves, _ = save(_drawn(scene.curves))
     return environment.from_string(_beside('viewer.html.jinja')).render(
         policy=f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; "
         f'script-src {allowed}',
         scene=scene,
         headline=headline,
-        names=NAMES,
+        names=_names(scene),
         style=_beside('viewer.css'),
         pictures=pictures,
         curves=curves,
@@ -55,10 +55,14 @@ def _data(scene):
     return {
         **{name: _encoded(values) for name, values in arrays.items()},
         'poses': [pose.T.ravel().tolist() for pose in scene.poses],
-        'names': NAMES,
+        'names': _names(scene),
         'free': scene.free.tolist(),
         'extent': 2.0 * float(spread) or 1.0,
     }
+
+
+def _names(scene):
+    return [GUESS, *(f'step {k}' for k in range(1, len(scene.poses) - 1)), REFINED]
 
 
 def _encoded(values):
@@ -80,9 +84,9 @@ def _without_controls(value):
 def _from_above(scene):
     refined = transform_points(scene.poses[-1], scene.source)
     view = seen_from_above(refined, 0.0)
-    for name, pose in zip(NAMES, scene.poses, strict=True):
+    for name, pose in ((GUESS, scene.poses[0]), (REFINED, scene.poses[-1])):
         moved = transform_points(pose, scene.source)
-        yield png(draw_from_above(scene.target, moved, *view, name))
+        yield name, png(draw_from_above(scene.target, moved, *view, name))
 
 
 def _drawn(curves):

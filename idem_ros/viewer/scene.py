@@ -44,8 +44,8 @@ class Scene:
     """(M, 3) float32, in the source frame."""
     every: tuple[int, int]
     """Which of the points of target and source are shown: every so many-th."""
-    poses: tuple[np.ndarray, np.ndarray]
-    """(4, 4) source in target frame: at the guess, and refined."""
+    poses: tuple[np.ndarray, ...]
+    """(4, 4) source in target frame: at the guess, after each step, and refined."""
     means: np.ndarray
     """(K, 3): what q_tot is of, both clouds at the result, in the target frame."""
     q: np.ndarray
@@ -79,7 +79,7 @@ def scene_of(title, target, source, T_guess, config):
         target=shown[0][0],
         source=shown[1][0],
         every=(shown[0][1], shown[1][1]),
-        poses=(to_middle @ T_guess, to_middle @ T),
+        poses=tuple(to_middle @ each for each in (T_guess, *result.path[:-1], T)),
         means=np.float32(means - middle),
         q=np.float32(q),
         free=result.motions[~result.observable],

@@ -279,3 +279,10 @@ def test_masked_points_are_left_out(pair):
     masked[len(target) :] = np.ma.masked
     there = register(masked, source, truth).T_target_source
     np.testing.assert_array_equal(there, register(target, source, truth).T_target_source)
+
+
+def test_the_path_of_a_result_leads_from_its_first_step_to_its_pose(rng):
+    target, source = surface(rng, 600), surface(rng, 500)
+    result = register(target, source, motion(rng, 2.0, 0.02))
+    assert 0 < len(result.path) <= result.iterations
+    np.testing.assert_allclose(result.path[-1], result.T_target_source, rtol=0, atol=1e-12)

@@ -28,10 +28,19 @@ def shown():
 def test_the_clouds_meet_at_the_refined_pose_and_not_at_the_guess(shown):
     target, source, guess, scene = shown
     middle = np.median(transform_points(T_TRUTH, source), axis=0)
-    at_guess, refined = (transform_points(pose, scene.source) for pose in scene.poses)
+    ends = scene.poses[0], scene.poses[-1]
+    at_guess, refined = (transform_points(pose, scene.source) for pose in ends)
     assert np.allclose(at_guess, transform_points(guess, source) - middle, atol=0.01)
     assert np.allclose(refined, transform_points(T_TRUTH, source) - middle, atol=0.01)
     assert np.allclose(scene.target, target - middle, atol=0.01)
+
+
+def test_each_step_of_the_solve_is_shown_and_leads_nearer(shown):
+    target, source, guess, scene = shown
+    off = [np.abs(pose - scene.poses[-1]).max() for pose in scene.poses]
+    assert len(off) > 4
+    assert off[0] > 10 * off[-2]
+    assert off[-2] < 1e-3
 
 
 def test_a_curve_has_a_valley_at_the_result_and_says_where_the_guess_was(shown):

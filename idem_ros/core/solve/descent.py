@@ -22,6 +22,7 @@ class Descent(NamedTuple):
     confidence: float = np.nan  # that coarse stages ended in the right valley; nan: there are none
     moving: MovingCost | None = None  # of the latest stage, where the source's motion is solved
     sweep: Sweep | None = None  # there
+    path: tuple[Transform, ...] = ()  # where each step led, over all stages; of one pose alone
 
 
 def not_begun(T: Transform, sweep: Sweep | None = None) -> Descent:

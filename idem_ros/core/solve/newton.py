@@ -58,6 +58,7 @@ class Solution(NamedTuple):
     iterations: int
     termination: Termination
     loose: int  # directions without stiffness, left as they were
+    path: tuple[Transform, ...] = ()  # where each step led that was kept
 
     @property
     def converged(self) -> bool:
@@ -84,6 +85,7 @@ def minimize(
     relaxation, last = FIRST_RELAXATION, None
     size = 6 * (transform.size // 16)
     matrix, iteration, loose = np.zeros((size, size)), 0, 0
+    path: list[Transform] = []
     try:
         for iteration in range(1, criteria.max_iterations + 1):
             gradient, matrix = cost.linearize(transform)
@@ -91,19 +93,23 @@ def minimize(
             left = decrement(gradient, step)
             if last is not None and not accept(left, last.left, relaxation):
                 relaxation, transform = 1.0, moved(last.transform, last.step)
+                path[-1] = transform
                 continue
             if last is not None:
                 found = secant(relaxation, last.step, step, matrix)
                 relaxation = found if iteration <= PATIENCE else min(found, relaxation)
             last = _Move(transform, step, left)
             transform = moved(transform, relaxation * step)
+            path.append(transform)
             if _is_short(step if iteration <= PATIENCE else relaxation * step, criteria):
-                return Solution(transform, matrix, iteration, Termination.CONVERGED, loose)
+                end = Termination.CONVERGED
+                return Solution(transform, matrix, iteration, end, loose, tuple(path))
             if criteria.workers.are_late():
                 raise OutOfTime
     except OutOfTime:
-        return Solution(transform, matrix, iteration, Termination.LATE, loose)
-    return Solution(transform, matrix, iteration, Termination.MAX_ITERATIONS, loose)
+        return Solution(transform, matrix, iteration, Termination.LATE, loose, tuple(path))
+    end = Termination.MAX_ITERATIONS
+    return Solution(transform, matrix, iteration, end, loose, tuple(path))
 
 
 def moved(transform: Transform, step: Twist) -> Transform:
