@@ -30,15 +30,20 @@ def is_asked_for() -> bool:
     return bool(_received)
 
 
-def warm_up() -> None:
+def warm_up(motion: str) -> None:
     """Compile every kernel, or load it, in a thread of its own: a signal need not wait for it.
+
+    Args:
+        motion: see `core.warm_up`.
 
     Raises:
         AskedToEnd: a signal came first; the thread goes on, and `leave` ends it with the process.
     """
     done: Future = Future()
     # daemon: an exception on its way out of the process must not wait for it
-    threading.Thread(target=_settle, args=(done,), name='idem_compiler', daemon=True).start()
+    threading.Thread(
+        target=_settle, args=(done, motion), name='idem_compiler', daemon=True
+    ).start()
     while not is_asked_for():
         try:
             return done.result(timeout=POLL)
@@ -59,12 +64,12 @@ def leave(code: int) -> int:
     return code
 
 
-def _settle(done: Future) -> None:
+def _settle(done: Future, motion: str) -> None:
     from idem_ros.core import warm_up  # late: numba takes seconds where the disk is slow
 
     _compiling.set()
     try:
-        done.set_result(warm_up())
+        done.set_result(warm_up(motion))
     except Exception as error:
         done.set_exception(error)
     finally:

@@ -82,7 +82,8 @@ class LiveRegistration:
         self._configure(configs)
         kept = self.traffic, self._console, self._capsules
         self._publishing = Publishing(self.node, configs[OutputConfig], *kept, self._counts)
-        warm_up()  # before there is a subscription: compiling holds the GIL for seconds
+        # before there is a subscription: compiling holds the GIL for seconds
+        warm_up(configs[RegistrationConfig].motion)
         self.inputs.open(configs[SubscriptionConfig])
         asked = {
             'refine_once': self.refine_once,

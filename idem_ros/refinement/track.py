@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from idem_ros.core import undistort
 from idem_ros.core.geometry import se3
-from idem_ros.core.geometry.se3 import inverse, transform_points
+from idem_ros.core.geometry.moves import moved_in_time
+from idem_ros.core.geometry.se3 import inverse, inverses
 
+STEPS = 512  # of a sweep, between which a motion is linear: off by 1e-7 of a range at 90 deg/s
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # x y z rx ry rz of (omega, v), and back
 
 
@@ -28,8 +30,14 @@ class Track:
 
     def pose_at(self, time):
         """Return the (4, 4) pose at a time [s]; before and after its own the motion goes on."""
-        k = self._piece(time)
-        return self.poses[k] @ motion_by(self._twist(k), time - self.times[k])
+        return self.poses_at(np.array([time]))[0]
+
+    def poses_at(self, times):
+        """Return the (K, 4, 4) poses at times (K,), see `pose_at`."""
+        steps = inverses(self.poses[:-1]) @ self.poses[1:]
+        twists = np.array([se3.log(step) for step in steps]) / np.diff(self.times)[:, None]
+        k = np.clip(np.searchsorted(self.times, times, 'right') - 1, 0, len(steps) - 1)
+        return self.poses[k] @ _exp((times - self.times[k])[:, None] * twists[k])
 
     def turned(self, times, rotations):
         """Return the track of these positions that turns as it was measured.
@@ -38,7 +46,7 @@ class Track:
             times: (K,), K >= 2, increasing [s].
             rotations: (K, 3, 3), since the first of them, in the frame's axes.
         """
-        poses = np.array([self.pose_at(time) for time in times])
+        poses = self.poses_at(np.asarray(times))
         poses[:, :3, :3] = poses[0, :3, :3] @ rotations
         return Track(np.asarray(times), poses)
 
@@ -50,23 +58,16 @@ class Track:
         """Return the constant twist (6,) that makes the step from one time [s] to another."""
         return twist_of(self.step(begin, end), end - begin)
 
-    def undone(self, points, times, reference):
-        """Return points (N, 3), measured at times (N,), in the frame at `reference` [s]."""
-        pieces, undone = self._piece(times), np.empty_like(points)
-        for k in np.unique(pieces):
-            those = pieces == k
-            moved = undistort(points[those], times[those], self._twist(k), float(self.times[k]))
-            undone[those] = transform_points(self._to(reference, k), moved)
-        return undone
+    def undone(self, points, times, reference, origin=(0.0, 0.0, 0.0)):
+        """Return points (N, 3), measured at times (N,), in the frame at `reference` [s].
 
-    def _to(self, reference, k):
-        return inverse(self.pose_at(reference)) @ self.poses[k]
-
-    def _piece(self, times):
-        return np.clip(np.searchsorted(self.times, times, 'right') - 1, 0, len(self.times) - 2)
-
-    def _twist(self, k):
-        return twist_of(inverse(self.poses[k]) @ self.poses[k + 1], np.diff(self.times)[k])
+        origin: that points are given and returned from, in the frame at either time.
+        """
+        begin, end = float(times.min()), float(times.max())
+        to_frame = se3.translation(np.asarray(origin))
+        poses = self.poses_at(np.linspace(begin, end, STEPS)) @ to_frame
+        steps = inverse(self.pose_at(reference) @ to_frame) @ poses
+        return moved_in_time(points, times, steps, begin, end)
 
 
 def twist_of(motion, duration):
@@ -77,3 +78,18 @@ def twist_of(motion, duration):
 def motion_by(twist, duration):
     """Return the (4, 4) motion by a twist (6,), x y z rx ry rz per second, for so long [s]."""
     return se3.exp(np.asarray(twist, dtype=np.float64)[ROS_ORDER] * duration)
+
+
+def _exp(twists):
+    """Return the (K, 4, 4) motions of twists (omega, v), (K, 6), as `se3.exp` does of one."""
+    omega, v = twists[:, :3], twists[:, 3:]
+    square = np.einsum('ij,ij->i', omega, omega)[:, None]
+    angle = np.sqrt(np.maximum(square, 1e-12))
+    is_small = square < 1e-8  # Taylor: the quotients lose their digits
+    b = np.where(is_small, 0.5 - square / 24.0, (1.0 - np.cos(angle)) / angle**2)
+    c = np.where(is_small, 1.0 / 6.0 - square / 120.0, (angle - np.sin(angle)) / angle**3)
+    once = np.cross(omega, v)
+    motions = np.tile(np.eye(4), (len(twists), 1, 1))
+    motions[:, :3, :3] = Rotation.from_rotvec(omega).as_matrix()
+    motions[:, :3, 3] = v + b * once + c * np.cross(omega, once)
+    return motions

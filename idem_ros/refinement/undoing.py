@@ -104,8 +104,7 @@ def undone(cloud, track, reference):
         track: `Track` of its sensor.
         reference: the instant [s].
     """
-    points = track.undone(cloud.points + cloud.origin, cloud.times, reference)
-    return cloud.moved_to(points - cloud.origin)
+    return cloud.moved_to(track.undone(cloud.points, cloud.times, reference, cloud.origin))
 
 
 def _not_undone(source, T_guess, config, why, middle):

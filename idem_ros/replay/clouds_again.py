@@ -4,7 +4,7 @@ from collections import deque
 
 import numpy as np
 
-from idem_ros.core import IdemError
+from idem_ros.core import IdemError, undistort
 from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
@@ -62,6 +62,7 @@ def _pairs(recording, result, stamps):
     topics = find_topics(recording, *_topics_of(result))
     pairing = Pairing(settings.pairing)
     pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
+    found = {frame['stamp_ns']: frame for frame in result.frames}
     is_one = topics.target == topics.source
     add_source = pairing.add_scan if is_one else pairing.add_source
     add = {topics.target: pairing.add_target, topics.source: add_source}
@@ -69,28 +70,43 @@ def _pairs(recording, result, stamps):
         for pair in add[topic](message):
             if pair.stamp in stamps:
                 target = _points(pair.target, settings, is_target=True)
-                yield pair.stamp, target, _points(pair.source, settings)
+                yield pair.stamp, target, _points(pair.source, settings, moved=found[pair.stamp])
 
 
 def _scans(recording, result, stamps):
     """Yield each scan with those before it, where the result says that they were."""
     settings, sequence = settings_of(result), _sequence_of(result)
     topic = find_topic(recording, CLOUD, 'source', _topics_of(result)[1])
-    poses = {frame['stamp_ns']: np.array(frame['T_target_source']) for frame in result.frames}
-    poses[sequence.get('first_stamp')] = np.eye(4)
+    found = {frame['stamp_ns']: frame for frame in result.frames}
+    found[sequence.get('first_stamp')] = {'T_target_source': np.eye(4)}
     kept = deque(maxlen=1 if sequence.get('map') == SCAN else SCANS_KEPT)
     for _, _, message in recording.messages([topic]):
         stamp = stamp_ns(message)
-        if stamp not in poses:
+        if stamp not in found:
             continue
         if stamp in stamps and kept:
-            target = [transform_points(poses[at], _points(each, settings)) for at, each in kept]
-            yield stamp, np.concatenate(target), _points(message, settings)
+            target = [_in_odom(each, settings, found[at]) for at, each in kept]
+            yield stamp, np.concatenate(target), _points(message, settings, moved=found[stamp])
         kept.append((stamp, message))
 
 
-def _points(message, settings, is_target=False):
-    return preprocess(read_points(message).points, settings.preprocessing, is_target).points
+def _in_odom(message, settings, found):
+    T_odom_scan = np.array(found['T_target_source'])
+    return transform_points(T_odom_scan, _points(message, settings, moved=found))
+
+
+def _points(message, settings, is_target=False, moved=None):
+    """Return the points that took part; of a sweep whose motion was undone they are undone again.
+
+    moved: the frame of the result that tells its `twist` and `reference`.
+    """
+    twist = (moved or {}).get('twist')
+    read = read_points(message, settings.point_times if twist else None)
+    kept = preprocess(read.points, settings.preprocessing, is_target)
+    if not twist or read.times.times is None:
+        return kept.points
+    times, reference = read.times.times[kept.kept], float(moved.get('reference') or 0.0)
+    return undistort(kept.points, times, np.array(twist), reference)
 
 
 def _sequence_of(result):

@@ -82,7 +82,8 @@ def replay_each(path, settings, *, progress: Progress = silent, **topics):
         lanes = [_Lane(each, pairing.refiner(each)) for each in settings]
         total = sum(recording.topics[name].count for name in pairing.topics.names)
         messages = progress(messages_of(recording, pairing.topics), total)
-        warm_up()
+        for each in settings:
+            warm_up(each.config.motion)
         pass_ = _Pass(pairing, lanes, Selection(first, recording.begin))
         interrupted = pass_.run(messages)
         return pass_.finished(recording, interrupted)

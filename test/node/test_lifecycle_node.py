@@ -139,7 +139,7 @@ def test_shutdown_from_every_state_leaves_no_thread(bench, steps):
 
 
 def test_transition_that_fails_leaves_the_state_and_the_next_try_works(bench, clouds, monkeypatch):
-    def fail():
+    def fail(motion):
         raise InvalidConfig('no compiler')
 
     monkeypatch.setattr(live_registration, 'warm_up', fail)

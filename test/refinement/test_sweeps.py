@@ -180,7 +180,7 @@ def test_a_motion_that_nobody_tells_is_solved_for_with_the_pose(rng):
     np.testing.assert_allclose(refined.result.twist, TWIST, atol=0.5)
     still = undistort(*points_of(pair.source), refined.result.twist, 'stamp')
     took_part = refined.took_part.source
-    np.testing.assert_allclose(took_part.points + took_part.origin, still, atol=1e-9)
+    np.testing.assert_allclose(took_part.points + took_part.origin, still, atol=1e-6)
     record = motion_record(refined.result, refined.reference)
     sigmas = np.sqrt(np.diag(record['twist_covariance']))
     assert (np.abs(refined.result.twist - TWIST) < 4.0 * sigmas).all()
