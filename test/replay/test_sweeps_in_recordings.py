@@ -14,11 +14,18 @@ from sweeps import (
     sweep_message,
 )
 
-from idem_ros.core import RegistrationConfig
+from idem_ros.commands.main import main
+from idem_ros.core import RegistrationConfig, undistort
+from idem_ros.messages.pointcloud2 import read_points
+from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.recording.messages import header, transform_message, typestore
+from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
+from idem_ros.refinement.point_time_config import PointTimeConfig
+from idem_ros.replay.clouds_again import clouds_of
 from idem_ros.replay.run import replay_each
 from idem_ros.replay.settings import Settings
+from idem_ros.results.result_file import read_result
 from idem_ros.results.summary import json_record, table
 
 CONFIG = RegistrationConfig(voxel_size=0.08)
@@ -108,3 +115,29 @@ def test_the_rates_of_an_imu_are_taken_from_the_topic_that_is_named(tmp_path, rn
     assert any(said in note for note in with_imu.notes)
     assert not any('imu' in note for note in without.notes)
     assert all(frame.error_after().rotation_deg < 0.3 for frame in with_imu.frames)
+
+
+@pytest.mark.parametrize('sequence', [[], ['--sequence', 'submap']])
+def test_the_clouds_of_a_result_are_undone_again(tmp_path, rng, sequence):
+    path, result = recorded(tmp_path / 'drive.mcap', rng), tmp_path / 'result.json'
+    options = ['--motion', 'last' if sequence else 'guess', '--voxel-size', '0.08', *sequence]
+    topics = ['--source-topic', '/source']
+    assert main(['replay', str(path), '--json', str(result), *options, *topics]) == 0
+    read = read_result(result)
+    ((_, _, source),) = clouds_of(read, [3])
+    frame = read.frames[3]
+    with open_recording(path) as recording:
+        messages = [message for _, _, message in recording.messages(['/source'])]
+    (message,) = [each for each in messages if stamp_ns(each) == frame['stamp_ns']]
+    points = read_points(message, PointTimeConfig())
+    undone = undistort(points.points, points.times.times, frame['twist'], frame['reference'])
+    np.testing.assert_allclose(source, undone, atol=1e-12)
+    assert np.abs(source - points.points).max() > 0.05
+
+
+def test_a_replay_that_undid_a_motion_is_repeated_to_the_bit(tmp_path, rng, capsys):
+    path, result = recorded(tmp_path / 'drive.mcap', rng, imu=True), tmp_path / 'result.json'
+    options = ['--motion', 'solve', '--voxel-size', '0.08', '--imu-topic', '/imu']
+    assert main(['replay', str(path), '--json', str(result), *options]) == 0
+    assert main(['replay', '--again', str(result)]) == 0
+    assert f'{COUNT} of {COUNT} frames agree bit for bit' in capsys.readouterr().out
