@@ -14,7 +14,7 @@ BINS = 10
 
 
 def fitted(poses):
-    """Return the model's weights (7,): each kind, class and way a pose was made counts alike.
+    """Return the model's weights (5,): each kind, class and way a pose was made counts alike.
 
     That of the way is not fitted, but `BEYOND`.
 
@@ -48,7 +48,7 @@ def is_seen(pose):
 
 
 def numbers_of(poses):
-    """Return what a model judges poses by, (6, N)."""
+    """Return what a model judges poses by, (4, N)."""
     return np.array([[getattr(each, name) for name in NUMBERS] for each in poses]).T
 
 

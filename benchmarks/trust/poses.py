@@ -24,7 +24,7 @@ STARTS = (
     ('far', 7, 20.0, 180.0, 0.0, 60.0, (8.0, 4.0, 2.0, 1.0)),
     ('last stage', 8, 0.0, 40.0, 0.0, 15.0, (1.0,)),
 )
-NUMBERS = ('discord', 'contrast', 'step', 'spread', 'overlap', 'way')  # what a model judges by
+NUMBERS = ('near_discord', 'contrast', 'overlap', 'way')  # what a model judges by
 PEER_SCORES = ('inlier RMSE', 'fitness', 'GICP error')
 DISTANCE = 1.0  # of the spacing, for the peers' correspondences
 
@@ -35,11 +35,9 @@ class Judged(NamedTuple):
     kind: str
     how: str  # 'moved', or the name of its start
     right: bool | None  # None: neither right nor clearly wrong
-    discord: float
+    near_discord: float
     contrast: float
-    step: float
-    spread: float
-    overlap: float  # of the cloud of which more meets
+    overlap: float
     way: float
     p_aligned: float
     free: str  # motions that nothing holds, in words

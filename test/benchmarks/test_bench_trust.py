@@ -37,7 +37,7 @@ def poses(rng):
         for right in (True, False):
             for _ in range(50):
                 discord = rng.uniform(0.1, 0.3) if right else rng.uniform(0.8, 1.5)
-                numbers = discord, *rng.random(3), rng.uniform(0.1, 1.0), rng.random()
+                numbers = discord, rng.random(), rng.uniform(0.1, 1.0), rng.random()
                 found.append(judged(kind, right, numbers, rng.normal()))
     return found
 
@@ -49,13 +49,11 @@ def test_a_model_fitted_to_one_kind_judges_another(poses):
 
 
 def test_the_fit_recovers_a_model_that_made_the_labels(rng):
-    true = np.array([-6.0, 3.0, -2.0, -1.5, 2.0, BEYOND, 0.5])
-    least, most = [0.0, -0.5, -3.0, -1.5, 0.1, 1.0], [1.5, 1.0, 0.0, 0.0, 1.0, 4.0]
-    numbers = rng.uniform(least, most, (8000, 6))
-    numbers[:, 2:4] = 10.0 ** numbers[:, 2:4]
+    true = np.array([-6.0, 3.0, 4.0, BEYOND, 3.5])
+    numbers = rng.uniform([0.0, -0.5, 0.1, 1.0], [1.5, 1.0, 1.0, 4.0], (8000, 4))
     right = rng.random(len(numbers)) < probability(*numbers.T, true)
     found = fitted([judged('a', bool(r), n) for r, n in zip(right, numbers, strict=True)])
-    np.testing.assert_allclose(found[:5], true[:5], rtol=0.15)
+    np.testing.assert_allclose(found[:3], true[:3], rtol=0.15)
 
 
 def test_confidence_is_fitted_back_to_what_foretold(rng):

@@ -40,10 +40,8 @@ HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a mot
 class _Seen(NamedTuple):
     """What the model of the verdict judges by."""
 
-    discord: float
+    near_discord: float
     contrast: float
-    step: float
-    spread: float
     overlap: float
     way: float
 
@@ -81,12 +79,9 @@ def assess(
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
     total, covariance, of_twist = _pull_and_covariances(pair, descent, observability)
-    firmness = _along_held(covariance, observability)
     seen = _Seen(
-        discord=_discord(agreement),
+        near_discord=_near_discord(balls, agreement, T),
         contrast=_least_contrast(balls, T, observability),
-        step=_step(observability, *total) / balls.radius,
-        spread=float(np.sqrt(np.linalg.eigvalsh(firmness)[-1:].sum())) / balls.radius,
         overlap=agreement.overlap.most,
         way=way_between(descent.first or balls, T, T_guess),
     )
@@ -101,14 +96,15 @@ def assess(
         covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
         twist_covariance=of_twist,
-        near_discord=_near_discord(pair, agreement, T),
+        discord=_discord(agreement),
+        step=_step(observability, *total) / balls.radius,
         **seen._replace(overlap=agreement.overlap.share)._asdict(),
     )
     if pair.config.mode != 'audit':
         return said
     off = offset_of(T_guess, T, observability)
     moved = np.linalg.norm(np.linalg.solve(observability.motions, off)) / balls.radius
-    held = pose_covariance(observability.held @ firmness @ observability.held.T, position)
+    held = pose_covariance(_along_held(covariance, observability), position)
     said = replace(said, step=float(moved))
     return audited(said, to_pose(position) @ off, held + more, pair.config.audit_tolerance)
 
@@ -169,15 +165,16 @@ def _discord(agreement: Agreement) -> float:
     return quantile(agreement.q[agreement.reach > 0.0], TENTH)
 
 
-def _near_discord(pair: Pair, agreement: Agreement, T: Transform) -> float:
+def _near_discord(balls: Balls, agreement: Agreement, T: Transform) -> float:
     """Return the discord of those of the points that meet that are nearest to the sensor.
 
     A sensor's noise grows with the range: what stands apart nearby is no noise.
     """
     meets = agreement.reach > 0.0
-    sensor = -pair.source.origin  # where the source frame has its origin
-    of_target = pair.target.points - se3.transform_points(T, sensor)
-    off = np.concatenate([of_target, pair.source.points - sensor])[meets]
+    target, source = balls.of
+    sensor = -source.origin  # where the source frame has its origin
+    of_target = target.points - se3.transform_points(T, sensor)
+    off = np.concatenate([of_target, source.points - sensor])[meets]
     ranges = np.einsum('ij,ij->i', off, off)
     return quantile(agreement.q[meets][ranges <= quantile(ranges, NEAR)], TENTH)
 
@@ -197,9 +194,10 @@ def _step(observability: Observability, gradient: Twist, matrix: Matrix6) -> flo
 
 
 def _along_held(covariance: Matrix6, observability: Observability) -> Floats:
-    """Return the (k, k) covariance along the motions held, as the surfaces move."""
+    """Return the (6, 6) covariance, but that of the motions held alone."""
     back = np.linalg.inv(observability.motions)[observability.observable]
-    along: Floats = back @ covariance @ back.T
+    only = observability.held @ back
+    along: Floats = only @ covariance @ only.T
     return along
 
 
@@ -251,7 +249,8 @@ def _verdict(
         return Verdict.NOT_CONVERGED, p, reason
     if free:
         return Verdict.DEGENERATE, p, f'{free} of the source frame'
-    return Verdict.ALIGNED, p, f'the surfaces coincide, the next step is {seen.step:.1g} radii'
+    told = f'the surfaces coincide; nearby a tenth disagree by {seen.near_discord:.1g} nat'
+    return Verdict.ALIGNED, p, told
 
 
 def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
@@ -263,10 +262,10 @@ def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
 
 def _misaligned(seen: _Seen) -> str:
     """Return why a pose is taken to be wrong."""
-    if probability(*seen._replace(step=0.0)) >= LEAST_PROBABILITY:
-        return f'the minimum is {seen.step:.2g} radii away, or more'
     if probability(*seen._replace(way=0.0)) >= LEAST_PROBABILITY:
         return f'it is {seen.way:.2g} radii of the first stage from the guess, beyond any basin'
     if seen.contrast < 0.0:
         return f'a radius away the clouds agree better, by {-seen.contrast:.2g} nat a point'
-    return f'a tenth of the points that meet disagree by {seen.discord:.2g} nat or more'
+    return (
+        f'a tenth of the points that meet nearby disagree by {seen.near_discord:.2g} nat or more'
+    )

@@ -41,8 +41,6 @@ class Assessment:
     # how far the next step would move the surfaces, over the radius; of an audited pose, how far
     # they are off the minimum beside it, which the other numbers are of
     step: float = 0.0
-    # deviation of where the regions put the loosest of the motions held, over the radius
-    spread: float = np.nan
     way: float = np.nan  # how far the surfaces moved from the guess, over the first radius
     overlap: float = 0.0
     # where the guess was: 0 at the minimum, 1 at the rim of its basin; nan: an audit
