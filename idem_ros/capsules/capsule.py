@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapTarget
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.recording.embedded import METADATA, RECORD, UnreadableMcap, read_embedded
 from idem_ros.recording.messages import (
@@ -112,7 +115,7 @@ def _settings_again(seen):
     took_part = seen.refinement and seen.refinement.took_part
     config = took_part.config if took_part else seen.settings.config
     config = replace(config, motion='none')  # the source is kept as it was undone
-    return replace(seen.settings, config=config, guess=GuessConfig('transform'))
+    return replace(seen.settings, config=config, guess=GuessConfig('transform'), map=MapConfig())
 
 
 def _as_replayed(name, seen):
@@ -151,16 +154,13 @@ def _frames_of(seen):
 
 
 def _target(seen, frame):
-    """Return the target as it came; of a large one what lies around the source."""
+    """Return the target as it came; of a large one, or a map, what lies around the source."""
     target, refinement = seen.pair.target, seen.refinement
-    is_message = hasattr(target, 'data')
-    if refinement is None or refinement.took_part is None:
+    is_map = isinstance(target, MapTarget)
+    if not is_map and (refinement is None or len(target.data) <= MOST_BYTES):
         return recorded_cloud(target)
-    if is_message and len(target.data) <= MOST_BYTES:
-        return recorded_cloud(target)
-    points = refinement.took_part.target.points + refinement.took_part.target.origin
     stamp = min(seen.pair.stamp, stamp_ns(target))
-    return cloud_message(_near(points, refinement), stamp, frame, np.float64)
+    return cloud_message(_near(target, refinement), stamp, frame, np.float64)
 
 
 def _source(seen, frame):
@@ -171,7 +171,10 @@ def _source(seen, frame):
     return cloud_message(source.points + source.origin, seen.pair.stamp, frame, np.float64)
 
 
-def _near(points: NDArray, refinement) -> NDArray:
+def _near(target, refinement) -> NDArray:
+    """Return the points of a target that a source may reach; of one that was refused none."""
+    if refinement is None or refinement.took_part is None:
+        return np.empty((0, 3))
     source, result = refinement.took_part.source, refinement.result
     moved = [
         transform_points(T, source.points + source.origin)
@@ -180,5 +183,8 @@ def _near(points: NDArray, refinement) -> NDArray:
     margin = MARGIN * result.radius
     low = np.min([each.min(axis=0) for each in moved], axis=0) - margin
     high = np.max([each.max(axis=0) for each in moved], axis=0) + margin
-    inside = ((points >= low) & (points <= high)).all(axis=1)
+    if isinstance(target, MapTarget):
+        return target.map.points_within(low, high)
+    points = read_points(target).points
+    inside = ((points >= low) & (points < high)).all(axis=1)
     return points[inside] if inside.any() else points

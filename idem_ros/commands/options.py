@@ -9,6 +9,7 @@ from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.files.columns import parse_columns
 from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.parameters.fields import is_optional, is_whole, parameter_name
 from idem_ros.refinement.point_time_config import PointTimeConfig
@@ -20,6 +21,7 @@ TITLES = {
     PairingConfig: 'pairing of clouds by their stamps',
     GuessConfig: 'initial guesses',
     PointTimeConfig: 'times of points within a sweep',
+    MapConfig: 'target that is a map',
 }
 CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .pts .asc .bin .npy .las .laz .e57'
 REPLAYED = tuple(TITLES)

@@ -142,6 +142,7 @@ def _again(args):
     """Repeat a result, compare, say how many frames agree."""
     from idem_ros.recording.fingerprint import fingerprint
     from idem_ros.replay import again
+    from idem_ros.replay.named_recording import require_map_under
     from idem_ros.replay.provenance import versions
     from idem_ros.results.result_file import read_result
     from idem_ros.results.summary import json_record
@@ -150,6 +151,7 @@ def _again(args):
     result = read_result(args.again)
     settings, topics = again.settings_of(result)
     bag = args.bag or again.recording_of(result, args.recordings_under)
+    require_map_under(result, settings.map.target_file, args.recordings_under)
     again.require_same_input(result, fingerprint(bag))
     code, (replayed,) = _written(args, bag, [settings], topics)
     repeated = json_record(replayed)['frames']

@@ -1,17 +1,16 @@
 """Open a map, whatever it is: a cloud of any format, or a folder of tiles."""
 
+import logging
 from pathlib import Path
 
 from idem_ros.maps.map_file import read_map_file
 from idem_ros.maps.tile_folder import open_tiles
 from idem_ros.maps.tile_index import find_map
 
-
-def silent(text):
-    """Say nothing."""
+logger = logging.getLogger(__name__)
 
 
-def open_map(path, say=silent):
+def open_map(path, say=logger.info):
     """Open a map; a file is read at once, tiles when they are needed.
 
     Args:

@@ -6,13 +6,14 @@ import threading
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.core.maps.point_blocks import PointBlocks
 from idem_ros.files.cloud_file import read_cloud
 from idem_ros.maps.plausible import require_metres
-from idem_ros.maps.sorted_points import SortedPoints
 from idem_ros.maps.source import UnusableMap
 from idem_ros.maps.tile_index import clouds_of
 
 MOST_BYTES = 2**29  # of points in memory, unless one tile is more
+A_POINT = 28  # bytes in memory, with its place in an order
 HEIGHTS = -12_000.0, 12_000.0  # [m] that a map may have; its metadata say nothing of z
 EDGE = 0.05  # [m] by which points lie outside of their tile where float32 rounded them
 
@@ -51,14 +52,14 @@ class TileFolder:
     def nbytes(self):
         """What is in memory [bytes]."""
         with self._lock:
-            return sum(tile.nbytes for tile in self._tiles.values() if tile is not None)
+            return sum(map(_bytes_of, self._tiles.values()))
 
     def points_within(self, low, high):
         """Return the (N, 3) points with low <= p < high."""
         low, high = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
         # a point that was rounded lies in the box of the tile beside its own
         tiles = map(self._tile, self._index.touched(low - EDGE, high + EDGE).tolist())
-        found = [tile.within(low, high) for tile in tiles if tile is not None]
+        found = [tile.points_within(low, high) for tile in tiles if tile is not None]
         return np.concatenate(found) if found else np.empty((0, 3))
 
     def keep_near(self, center, reach):
@@ -76,7 +77,8 @@ class TileFolder:
         with self._reading:
             found, is_there = self._kept(i)
             if not is_there:
-                found = self._read(i)
+                points = self.read(self._index.paths[i])
+                found = None if points is None else PointBlocks(points)
                 self._keep(i, found)
         return found
 
@@ -90,7 +92,7 @@ class TileFolder:
     def _keep(self, i, tile):
         with self._lock:
             self._tiles[i] = tile
-            sizes = {k: 0 if each is None else each.nbytes for k, each in self._tiles.items()}
+            sizes = {k: _bytes_of(each) for k, each in self._tiles.items()}
             total = sum(sizes.values())
             for oldest, size in sizes.items():
                 if total <= self._most_bytes or oldest == i:
@@ -98,12 +100,12 @@ class TileFolder:
                 del self._tiles[oldest]
                 total -= size
 
-    def _read(self, i):
-        path = self._index.paths[i]
+    def read(self, path):
+        """Return the (N, 3) points of a tile; None where it cannot be read, which is said once."""
         if path in self.unreadable:
             return None
         try:
-            return SortedPoints(self._within_box(i, read_cloud(path)))
+            return self._within_box(self._index.paths.index(path), read_cloud(path))
         except IdemError as error:
             self.unreadable[path] = str(error)
             logger.warning('tile left out of the map: %s', error)
@@ -128,6 +130,10 @@ class TileFolder:
         return points[inside]
 
 
+def _bytes_of(tile):
+    return 0 if tile is None else A_POINT * len(tile)
+
+
 def open_tiles(index):
     """Return the `TileFolder` of a `TileIndex`, with what is missing named.
 
@@ -142,20 +148,12 @@ def open_tiles(index):
     _name('its metadata do not name', folder, set(clouds_of(folder)) - set(index.paths))
     tiles = TileFolder(index)
     tiles.unreadable = {path: 'it is not there' for path in set(index.paths) - set(present)}
-    _require_metres(tiles, [index.paths.index(path) for path in present])
-    return tiles
-
-
-def _require_metres(tiles, present):
-    """Look at the first tile that can be read; where none can, the map cannot be used."""
-    for i in present:
-        tile = tiles._tile(i)
-        if tile is not None:
-            require_metres(tile.densest(), tiles.name)
-            return
+    for path in present:
+        if (points := tiles.read(path)) is not None:
+            require_metres(points, tiles.points_within, tiles.name)
+            return tiles
     raise UnusableMap(
-        f'{tiles.name}: none of its tiles can be read; the first: '
-        f'{next(iter(tiles.unreadable.values()))}'
+        f'{tiles.name}: none of its tiles can be read; the first: {tiles.unreadable[present[0]]}'
     )
 
 

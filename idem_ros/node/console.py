@@ -3,7 +3,7 @@
 import re
 from typing import Protocol
 
-from idem_ros.refinement.diagnostics import OK, headline, is_registered, level
+from idem_ros.refinement.diagnostics import OK, is_registered, level, message_of
 from idem_ros.refinement.outcome import Refinement
 from idem_ros.terminal.printable import printable
 
@@ -51,7 +51,7 @@ class Console:
         self._bad += 1
         if self._warned is None or now - self._warned >= EVERY:
             of_last = f' ({self._bad} of the last {self._results} results)'
-            said = printable(headline(refinement.result))
+            said = printable(message_of(refinement))
             self._logger.warning(said + (of_last if self._bad > 1 else ''))
             self._results, self._bad, self._warned = 0, 0, now
 

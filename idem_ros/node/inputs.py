@@ -4,18 +4,22 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import Any
 
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
+from idem_ros.maps.open_map import open_map
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.node.hearing import Hearing
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
+from idem_ros.node.next_target import NextTarget
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import Subscriptions, require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
+from idem_ros.pairing.map_config import REPLACE, MapConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.pairing.targets import PairingConfig, UnusableTarget
@@ -40,6 +44,8 @@ class Inputs:
         on_pair: called with each complete pair and when its source came (`time.monotonic`, [s]).
         on_refusal: called with each `Refusal`.
         on_jump: called with how far [ns] a clock was set back.
+        map_config: `MapConfig`; None: its defaults.
+        prepare: prepares a target for those who refine, see `NextTarget`; None: it is not done.
 
     Attributes:
         pairing: makes the pairs.
@@ -56,12 +62,18 @@ class Inputs:
         on_pair: Callable[[Pair, float | None], None],
         on_refusal: Callable[[Refusal], None],
         on_jump: Callable[[int], None],
+        map_config: MapConfig | None = None,
+        prepare: Callable[[Any], None] | None = None,
     ):
         self._node = node
         self._traffic = traffic
         self._on_pair, self._on_refusal, self._on_jump = on_pair, on_refusal, on_jump
-        self.pairing = Pairing()
-        self.are_one = self._topic_of('target') == self._topic_of('source')
+        self._map_config = map_config or MapConfig()
+        self.pairing = Pairing(map_config=self._map_config)
+        is_topic = not self._map_config.target_file
+        self.are_one = is_topic and self._topic_of('target') == self._topic_of('source')
+        # what is not prepared ahead is when it is first refined
+        self._next = NextTarget(prepare or (lambda _: None), self._add_next, self._refuse_next)
         self.subscriptions: Subscriptions | None = None
         self.unheard: list[str] = []
         self.hearing = Hearing(node.get_logger())
@@ -70,6 +82,17 @@ class Inputs:
         self._jumps_told = 0
         self._hindrance = ''
         self._clock_watch = self._timer = None
+
+    def read_map(self) -> None:
+        """Take the map in `target_file` as the target, where one is named.
+
+        Raises:
+            UnusableMap, UnreadableCloud: it cannot be used.
+        """
+        if file := self._map_config.target_file:
+            map_ = open_map(file, self._node.get_logger().info)
+            with self._lock:
+                self.pairing.add_map(map_)
 
     def open(self, config: SubscriptionConfig) -> None:
         """Begin to listen to targets and guesses.
@@ -85,6 +108,7 @@ class Inputs:
             **dict.fromkeys(('initial_guess', 'initial_pose', 'tf'), self.pairing.add_guess),
         }
         callbacks = {name: self._taking(name, add) for name, add in receivers.items()}
+        callbacks['target'] = self._taking_target(callbacks['target'])
         self.subscriptions = Subscriptions(self._node, config, callbacks, self._traffic.note_lost)
         backwards = JumpThreshold(
             min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
@@ -94,7 +118,8 @@ class Inputs:
         )
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self._node.create_timer(PERIOD, self._attend, clock=wall)
-        names = ('imu', *GUESSES) if self.are_one else ('target', 'imu', *GUESSES)
+        has_target = not (self.are_one or self._map_config.target_file)
+        names = (*(('target',) if has_target else ()), 'imu', *GUESSES)
         self.subscriptions.listen(names, self.pairing.guess_type)
         self.hearing.expect(names)
 
@@ -121,6 +146,7 @@ class Inputs:
             self._node.destroy_timer(self._timer)
             self._clock_watch.unregister()
             self.subscriptions = None
+        self._next.stop()
         self.hearing.close()
         with self._lock:
             self.pairing.forget()
@@ -214,6 +240,29 @@ class Inputs:
             self._tell_refusals()
 
         return on_message
+
+    def _taking_target(self, take: Callable) -> Callable:
+        """Return what takes a target: a large one once it is prepared, if another serves."""
+
+        def on_message(message):
+            with self._lock:
+                is_served = self.pairing.has_target() and self._map_config.target_mode == REPLACE
+            if not (is_served and self._next.takes(message)):
+                take(message)
+            else:
+                self._note('target', message)
+
+        return on_message
+
+    def _add_next(self, message) -> None:
+        with self._lock:
+            pairs = self.pairing.add_target(message)
+        for pair in pairs:
+            self._on_pair(pair, self._receipt_of(pair.source))
+
+    def _refuse_next(self, message, error) -> None:
+        with self._lock:
+            self.pairing.refuse_target(message, error)
 
     def _tell_refusals(self) -> None:
         with self._lock:

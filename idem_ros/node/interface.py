@@ -7,6 +7,7 @@ from idem_ros.node.capsule_config import CapsuleConfig
 from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
+from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.pairing.turn_rates import IMU
 from idem_ros.refinement.point_time_config import PointTimeConfig
@@ -139,6 +140,7 @@ CONFIGS = (
     PointTimeConfig,
     PairingConfig,
     GuessConfig,
+    MapConfig,
     OutputConfig,
     CapsuleConfig,
     SubscriptionConfig,

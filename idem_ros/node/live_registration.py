@@ -23,6 +23,7 @@ from idem_ros.node.report import PERIOD
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.diagnostics import WARN
@@ -51,7 +52,15 @@ class LiveRegistration:
         self.node = node
         self._parameters = LiveParameters(node, self._configure)
         self.traffic = Traffic(EVERY_INPUT, time.monotonic())
-        self.inputs = Inputs(node, self.traffic, self._submit, self._refuse_input, self._on_jump)
+        self.inputs = Inputs(
+            node,
+            self.traffic,
+            self._submit,
+            self._refuse_input,
+            self._on_jump,
+            self._parameters.read()[MapConfig],
+            lambda target: self.refining.refiner.prepare(target),
+        )
         self.refining = Refining(
             self.inputs,
             self.traffic.worker,
@@ -78,6 +87,7 @@ class LiveRegistration:
     def open(self) -> None:
         """Make publishers and services, and listen to targets and guesses."""
         configs = self._parameters.read()
+        self.inputs.read_map()
         self.refining.refiner = Refiner()
         self._configure(configs)
         kept = self.traffic, self._console, self._capsules

@@ -47,7 +47,7 @@ class Report:
     def result(self, refinement: Refinement, dropped: int) -> None:
         """Report a result."""
         values = diagnostics.refinement_values(refinement, dropped)
-        text = diagnostics.headline(refinement.result)
+        text = diagnostics.message_of(refinement)
         self._event(diagnostics.level(refinement), text, values, refinement.stamp)
 
     def refused(self, reason: str, stamp: int, counts: dict[str, int]) -> None:

@@ -55,9 +55,17 @@ class GuessConfig:
         name='initial_guess.max_jump',
     )
 
+    lost_after: float | None = parameter(
+        1.0,
+        'with initial_pose or last: for so long after the last usable result its motion is '
+        'carried on; then the guess stays there, and diagnostics say that the source is lost',
+        's',
+        name='initial_guess.lost_after',
+    )
+
     def __post_init__(self):
         require_one_of('initial_guess.type', self.type, GUESS_TYPES)
-        for name in ('max_age', 'max_jump'):
+        for name in ('max_age', 'max_jump', 'lost_after'):
             if getattr(self, name) is not None:
                 require_positive(f'initial_guess.{name}', getattr(self, name))
 
@@ -81,6 +89,8 @@ class Guess:
     """The guesses before and after it; None: it comes alone."""
     covariance: NDArray | None = None
     """(6, 6) x y z rx ry rz of the pose; None: it does not say."""
+    lost_after: float | None = None
+    """How long the motion of the last results is carried on [s]; None: for ever."""
 
 
 class StreamedGuesses:

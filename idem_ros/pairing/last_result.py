@@ -65,10 +65,12 @@ class LastResult:
         """
         if self._first is not None:
             T_first = matrix_of(self._first)
-            return Guess(None, *frames_of(self._first), T_first=T_first, start=self._start)
+            frames = frames_of(self._first)
+            known = {'start': self._start, 'lost_after': config.lost_after}
+            return Guess(None, *frames, T_first=T_first, **known)
         if self._needs_pose:
             raise NotYet('no pose has come to start from')
-        return Guess(None, start=self._start)
+        return Guess(None, start=self._start, lost_after=config.lost_after)
 
 
 def _is_transform(message):

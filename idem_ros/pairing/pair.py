@@ -69,6 +69,17 @@ def named(role, find, *given):
         raise type(error)(f'{role}: {error}') from error
 
 
+def comes(find, *given):
+    """Return whether what a source needs is settled, be it by a refusal."""
+    try:
+        find(*given)
+    except NotYet:
+        return False
+    except IdemError:
+        return True
+    return True
+
+
 def refined(refine, pair, pairing):
     """Refine a pair; where its target turns out unusable, its source with another target.
 

@@ -7,7 +7,9 @@ from idem_ros.messages.stamps import DISORDER, NotYet, StampOrder
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guess_sources import guesses_of, rates_near
 from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
-from idem_ros.pairing.pair import Pair, Refusal, frame_contradiction, named
+from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapTarget
+from idem_ros.pairing.pair import Pair, Refusal, comes, frame_contradiction, named
 from idem_ros.pairing.stamped_poses import StampedPoses
 from idem_ros.pairing.targets import PairingConfig, Targets
 from idem_ros.pairing.turn_rates import KEPT
@@ -25,6 +27,7 @@ class Pairing:
     Args:
         config: `PairingConfig`; None: its defaults.
         guess_config: `GuessConfig`; None: its defaults.
+        map_config: `MapConfig`; so.
 
     Attributes:
         dropped: sources that fell out of the buffer before they were complete, or that the clock
@@ -33,12 +36,13 @@ class Pairing:
         refused_targets: targets that cannot be used, or contradict the frames of the guess.
     """
 
-    def __init__(self, config=None, guess_config=None):
+    def __init__(self, config=None, guess_config=None, map_config=None):
         self.dropped = self.refused = self.refused_targets = 0
         self._config = config or PairingConfig()
         self._guess_config = guess_config or GuessConfig()
         self._guesses = guesses_of(self._guess_config.type)
-        self._targets = Targets()
+        self._map_config = map_config or MapConfig()
+        self._targets = Targets(self._map_config)
         self._rates = StampedPoses(KEPT)
         self._sources = deque()
         self._order = StampOrder()
@@ -75,6 +79,19 @@ class Pairing:
     def add_target(self, message):
         """Keep a target cloud that can be used; return the pairs it completes."""
         return self._complete() if self._keep_target(self._targets.add, message) else []
+
+    def has_target(self):
+        """Return whether there is a target that can be used, as far as is known."""
+        return bool(self._targets)
+
+    def refuse_target(self, message, error):
+        """Count a target that came, and that cannot be used."""
+        self._note_target(message, str(error))
+
+    def add_map(self, map_):
+        """Keep a `MapSource` as the target in `target_frame`; return the pairs it completes."""
+        self._targets.add_map(MapTarget.of(map_, self._map_config.target_frame))
+        return self._complete()
 
     def add_source(self, message):
         """Keep a source cloud; return the pairs it completes."""
@@ -156,7 +173,7 @@ class Pairing:
     def forget(self):
         """Begin anew, but for the counts: drop sources, forget targets, guesses and clocks."""
         self.drop_sources()
-        self._targets = Targets()
+        self._targets = Targets(self._map_config)
         self._guesses = guesses_of(self.guess_type)
         self._rates = StampedPoses(KEPT)
         self._order.forget()
@@ -178,11 +195,10 @@ class Pairing:
         sources = self._sources
         has_target, has_guess = bool(self._targets), bool(self._guesses)
         if sources and has_target:
-            has_target = any(self._comes(self._targets_of, source) for source in sources)
+            has_target = any(comes(self._targets_of, source) for source in sources)
         if sources and has_guess:
             has_guess = any(
-                self._comes(self._guess_of, source, self._likely_target(source))
-                for source in sources
+                comes(self._guess_of, source, self._likely_target(source)) for source in sources
             )
         have = {'target': has_target, 'source': bool(sources), 'initial_guess': has_guess}
         return ' and '.join(name for name, is_there in have.items() if not is_there)
@@ -282,14 +298,3 @@ class Pairing:
         kept = [source for source in self._sources if stamp_ns(source) <= stamp]
         self.dropped += len(self._sources) - len(kept)
         self._sources = deque(kept)
-
-    @staticmethod
-    def _comes(find, *given):
-        """Return whether what a source needs is settled, be it by a refusal."""
-        try:
-            find(*given)
-        except NotYet:
-            return False
-        except IdemError:
-            return True
-        return True

@@ -5,14 +5,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from idem_ros.core.exceptions import IdemError, InvalidCloud
-from idem_ros.messages.pointcloud2 import InvalidPointCloud2, require_points
+from idem_ros.maps.accumulated import AccumulatedMap
+from idem_ros.messages.pointcloud2 import InvalidPointCloud2, read_points, require_points
 from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.pairing.map_config import ACCUMULATE, MapConfig
+from idem_ros.pairing.map_target import MapTarget
 from idem_ros.parameters.fields import parameter, require_one_of, require_positive
 
 PAIRINGS = ('latched', 'nearest', 'newest')
 KEPT = 8  # of each frame
 FRAMES_KEPT = 8
+MOST_BYTES = 2**28  # of each frame, but for the newest two: maps are kept as they came
 LEAST_POINTS = 5  # a point and its four neighbours: what has no spacing cannot be registered
 
 
@@ -70,14 +74,22 @@ class _Kept:
     def frame(self):
         return self.message.header.frame_id.lstrip('/')
 
+    @property
+    def is_timeless(self):
+        return _is_map(self.message) and not self.stamp
+
 
 class Targets:
     """The targets received last, of each frame as many.
 
     One that cannot be used takes the place of none that can, nor does one of another frame.
+
+    Args:
+        map_config: `MapConfig`, whether each is a part of one map; None: its defaults.
     """
 
-    def __init__(self):
+    def __init__(self, map_config=None):
+        self._map_config = map_config or MapConfig()
         self._kept = []  # in the order they came
         self._refused = ''
         self._are_sources = False
@@ -96,11 +108,19 @@ class Targets:
         except InvalidPointCloud2 as error:
             self._refused = str(error)
             raise
+        if self._map_config.target_mode == ACCUMULATE:
+            message = self._grown_by(message)
         again = next((each for each in self._kept if _is_same(each.message, message)), None)
         if again is not None:
             self._drop([again])  # to be the last received: what is prepared of it is kept
         self._kept.append(again or _Kept(message))
         self._make_room(self._kept[-1].frame)
+
+    def add_map(self, target):
+        """Keep a `MapTarget`; it takes the place of the one of its frame."""
+        frame = target.header.frame_id.lstrip('/')
+        self._drop([each for each in self._of_frame(frame) if _is_map(each.message)])
+        self._kept.append(_Kept(target))
 
     def add_source(self, message):
         """Keep a source that is a target to those after it, see `add`; a map there is none."""
@@ -162,9 +182,27 @@ class Targets:
                 return is_news
         return False
 
+    def _grown_by(self, part):
+        """Return the `MapTarget` of all parts of a frame so far; that before is let go of."""
+        frame = part.header.frame_id.lstrip('/')
+        before = [each for each in self._of_frame(frame) if _is_map(each.message)]
+        config = self._map_config
+        grown = AccumulatedMap(
+            lambda: read_points(part).points,
+            before[-1].message.map if before else None,
+            config.target_radius,
+            config.target_voxel_size,
+        )
+        self._drop(before)
+        return MapTarget(part.header, grown)
+
+    def _of_frame(self, frame):
+        return [each for each in self._kept if each.frame == frame]
+
     def _make_room(self, frame):
-        of_frame = [each for each in self._kept if each.frame == frame]
-        if len(of_frame) > KEPT:
+        of_frame = self._of_frame(frame)
+        sizes = [len(_bytes_of(each.message) or b'') for each in of_frame]
+        if len(of_frame) > KEPT or (len(of_frame) > 2 and sum(sizes) > MOST_BYTES):
             refused = [each for each in of_frame if each.refused]
             self._drop([(refused or of_frame)[0]])
         newest_first = list(dict.fromkeys(each.frame for each in reversed(self._kept)))
@@ -182,6 +220,8 @@ class Targets:
 
 def _in_order(usable, stamp, config, is_target):
     """Return targets, given newest received first, from the best to the worst."""
+    if timeless := [each for each in usable if each.is_timeless]:
+        return timeless  # a map from a file is the only target there is
     if config.pairing == 'nearest':
         return _nearest(usable, stamp, config.pairing_tolerance, is_target)
     newest = sorted(usable, key=lambda each: -each.stamp)  # sorts are stable
@@ -216,6 +256,8 @@ def _is_same(target, source):
     """Return whether two messages are one cloud, be it sent on by somebody under another topic."""
     if target is source:
         return True
+    if _is_map(target) or _is_map(source):
+        return False
     return (
         stamp_ns(target) == stamp_ns(source)
         and target.header.frame_id == source.header.frame_id
@@ -224,7 +266,13 @@ def _is_same(target, source):
     )
 
 
+def _is_map(message):
+    return isinstance(message, MapTarget)
+
+
 def _bytes_of(message):
+    if _is_map(message):
+        return None
     try:
         return memoryview(message.data)  # compared without a copy, up to the first difference
     except TypeError:

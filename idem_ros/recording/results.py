@@ -3,7 +3,7 @@
 from idem_ros.recording.embedded import METADATA, RECORD
 from idem_ros.recording.messages import diagnostics_message, transform_message
 from idem_ros.recording.writer import write_mcap
-from idem_ros.refinement.diagnostics import headline, level, refinement_values
+from idem_ros.refinement.diagnostics import level, message_of, refinement_values
 
 DIAGNOSTICS_TOPIC = '/diagnostics'
 NODE = '/idem_node'
@@ -31,7 +31,7 @@ def result_messages(frames):
         )
         # a replay drops no input
         values = refinement_values(refinement, dropped=0)
-        text = headline(result)
+        text = message_of(refinement)
         yield (
             DIAGNOSTICS_TOPIC,
             log_time + 1,

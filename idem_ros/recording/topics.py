@@ -14,6 +14,7 @@ MSGTYPES = {
     'ground_truth': TRANSFORM,
 }
 STATIC = '_static'
+FROM_A_FILE = ''  # in place of the name of the target's topic
 OPTIONS = {
     'target': '--target-topic',
     'source': '--source-topic',
@@ -30,7 +31,7 @@ class TopicNotFound(IdemError):
 class Topics:
     """The topics of a recording by role; None where it has none, or none is asked for."""
 
-    target: str
+    target: str | None
     source: str
     guess: str | None
     truth: str | None
@@ -62,7 +63,8 @@ def find_topics(
 
     Args:
         recording: an open `Recording`.
-        target, source, guess, truth: names; None: found by type and name.
+        target, source, guess, truth: names; None: found by type and name; of the target
+            `FROM_A_FILE`: there is none.
         guess_type: of `GuessConfig`; of type 'initial_pose' the guess is the topic of its poses.
             A recording may lack transforms to start from, not what else is asked for.
         tf: names of topics of transforms, where guesses come from tf; None: /tf, or the only one.
@@ -77,7 +79,8 @@ def find_topics(
     guess = None if guess_type == 'initial_pose' else guess
     given = {'target': target, 'source': source, 'initial_guess': guess, 'ground_truth': truth}
     of_guess = None if guess_type == 'initial_pose' else HEARD.get(guess_type)
-    msgtypes = {**MSGTYPES, 'initial_guess': of_guess}
+    of_target = None if target == FROM_A_FILE else CLOUD
+    msgtypes = {**MSGTYPES, 'target': of_target, 'initial_guess': of_guess}
     if guess and guess_type not in HEARD:
         raise TopicNotFound(
             f'{guess!r} is given for the guess, but of type {guess_type!r} it comes from no such '

@@ -46,6 +46,7 @@ def refinement_values(refinement, dropped):
         'dropped': str(dropped),
         **({'point_times': refinement.point_times} if refinement.point_times else {}),
         **motion_values(refinement),
+        **({'lost': refinement.lost} if refinement.lost else {}),
     }
 
 
@@ -95,6 +96,8 @@ def level(refinement):
     An error is a result that is wrong; of the others that are not aligned nobody knows.
     """
     said = refinement.result.assessment
+    if refinement.lost:
+        return ERROR
     if said is None:
         return OK if refinement.result.converged else WARN
     if said.verdict is Verdict.ALIGNED:
@@ -121,6 +124,11 @@ def assessment_values(said, source_frame):
 
 def _in_a_row(numbers):
     return ' '.join(f'{number:.3g}' for number in numbers)
+
+
+def message_of(refinement):
+    """Say in a sentence what is to be thought of a refinement: that it is lost, or its result."""
+    return f'lost: {refinement.lost}' if refinement.lost else headline(refinement.result)
 
 
 def headline(result):

@@ -43,7 +43,7 @@ class Refinement:
     time_ms: float
     """Reading the messages and registering; without `q_tot_before`."""
     points_target: int
-    """Points that took part; so `points_source`."""
+    """Points that took part, of a map the voxels in reach; so `points_source`."""
     points_source: int
     dropped_nonfinite: int
     """Points left out of both clouds because they are not finite."""
@@ -58,6 +58,8 @@ class Refinement:
     """How the times of points were read, or why there are none; empty where that is no news."""
     reference: float = 0.0
     """The instant that the poses are of, in seconds after the stamp."""
+    lost: str = ''
+    """Why the next guess leads nowhere, where it follows the last results; empty: it does."""
     took_part: TookPart | None = field(default=None, repr=False, compare=False)
     """None: the clouds were let go of."""
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from time import perf_counter_ns
 
-from idem_ros.core import Cloud, IdemError
+from idem_ros.core import Cloud, IdemError, MapCloud
 from idem_ros.messages.pointcloud2 import PointsRead, read_points
 from idem_ros.refinement.preprocessing import Preprocessed, preprocess
 
@@ -14,12 +14,21 @@ class PreparedCloud:
 
     read: PointsRead
     preprocessed: Preprocessed
-    cloud: Cloud
+    cloud: Cloud | MapCloud
     reading_ms: float
     preparing_ms: float
 
+    def __len__(self):
+        """Return how many points take part."""
+        return len(self.preprocessed.points)
 
-def prepared(role, message, preprocessing, point_times=None) -> PreparedCloud:
+    @property
+    def times(self):
+        """The times (N,) of the cloud's points; None: all at once, as of a map."""
+        return None if isinstance(self.cloud, MapCloud) else self.cloud.times
+
+
+def prepared(role, message, preprocessing, point_times=None, make=Cloud) -> PreparedCloud:
     """Read a PointCloud2 and prepare what of it takes part.
 
     Args:
@@ -27,6 +36,7 @@ def prepared(role, message, preprocessing, point_times=None) -> PreparedCloud:
         message: see `read_points`.
         preprocessing: `PreprocessingConfig`.
         point_times: `PointTimeConfig`; None: times of points are not read.
+        make: what of (N, 3) points and their times, or None, makes a cloud.
 
     Raises:
         IdemError: it cannot be read, or no point takes part.
@@ -37,7 +47,7 @@ def prepared(role, message, preprocessing, point_times=None) -> PreparedCloud:
     is_target = role == 'target'
     kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
     times = None if read.times.times is None else read.times.times[kept.kept]
-    cloud = _named(role, lambda points: Cloud(points, times), kept.points)
+    cloud = _named(role, lambda points: make(points, times), kept.points)
     return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
 
 

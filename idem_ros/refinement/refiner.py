@@ -3,21 +3,26 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from idem_ros.core import (
     Cloud,
-    IdemError,
+    MapCloud,
     RegistrationConfig,
     Status,
     q_tot,
     register,
 )
 from idem_ros.core.geometry.undistortion import reference_time
+from idem_ros.core.maps.target import in_reach
 from idem_ros.pairing.targets import LEAST_POINTS, UnusableTarget
+from idem_ros.refinement.last_results import LastResults
 from idem_ros.refinement.outcome import Refinement, StageTimes, TookPart
 from idem_ros.refinement.point_time_config import PointTimeConfig
-from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
+from idem_ros.refinement.prepared_cloud import Stopwatch, left_out, prepared
+from idem_ros.refinement.prepared_target import (
+    PreparedTargets,
+    prepare_ahead,
+)
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.sweep_motion import Asked, SweepMotion
 from idem_ros.refinement.times_said import TimesSaid
@@ -41,8 +46,9 @@ class Idem:
 class Refiner:
     """Refines pairs; a target that stays the same message is read and prepared once.
 
-    A pair whose guess is the last result starts from the last usable one between the same frames;
-    where there is none since the guess's `start`, or the clock was set back, from its `T_first`.
+    A pair whose guess is the last result starts where the `LastResults` between the same frames
+    lead; where there is none since the guess's `start`, or the clock was set back, from its
+    `T_first`.
 
     Args:
         config: `RegistrationConfig`; None: its defaults.
@@ -60,8 +66,8 @@ class Refiner:
     ):
         self._judge_guess = judge_guess
         self._method = method or Idem()
-        self._target_of = self._target = None
-        self._last = None, None
+        self._targets = PreparedTargets()
+        self._last = LastResults()
         self._undone_target = None, '', None
         self._motion = SweepMotion()
         self.times_said = TimesSaid()
@@ -83,20 +89,21 @@ class Refiner:
             UnusableTarget: the target cannot be used, but another might.
             IdemError: a cloud cannot be used; the message says which and why.
         """
-        watch, kept = Stopwatch(), self._target
+        watch, kept = Stopwatch(), self._targets.kept
         config, of_clouds = self._configs
         frames = _frames_of(pair)
-        T_guess = self._guess_of(pair, frames)
-        target = self._prepared_target(pair.target, of_clouds)
+        T_guess = self._last.guess_for(pair, _lineage(pair, frames))
+        target = self._targets.of(pair.target, of_clouds)
         source = prepared('source', pair.source, *of_clouds)
-        step = self._motion.step_of(pair, target.cloud.times is not None)
+        step = self._motion.step_of(pair, target.times is not None)
         asked = Asked(pair, T_guess, _lineage(pair, frames), step)
         undoing = self._undoing(asked, source.cloud, config)
+        target_cloud = self._target_cloud(asked, target, undoing, config)
         preparing_ms = watch.lap()
-        fresh = [each for each in (target, source) if each is not kept]
+        fresh = [each for each in (target, source) if not any(each is other for other in kept)]
         refinement = registered(
             self._method,
-            self._target_cloud(asked, target, undoing, config),
+            target_cloud,
             undoing,
             self._judge_guess,
             pair.guess.covariance,
@@ -104,7 +111,7 @@ class Refiner:
             target_frame=frames[0],
             source_frame=frames[1],
             time_ms=preparing_ms,
-            points_target=len(target.preprocessed.points),
+            points_target=len(target),
             points_source=len(source.preprocessed.points),
             **left_out(target, source),
             times=StageTimes(
@@ -113,23 +120,23 @@ class Refiner:
             ),
             point_times=self._times_news(target, source),
         )
-        self._last = self._last_after(pair, frames, refinement.result)
         self._motion.keep(asked, undoing, refinement.result)
+        lost = self._last.keep(pair, _lineage(pair, frames), refinement.result)
         _require_enough(refinement)
-        return refinement
+        if isinstance(target_cloud, MapCloud):
+            refinement = replace(refinement, points_target=len(refinement.took_part.target))
+            T = refinement.result.T_target_source
+            map_ = getattr(pair.target, 'map', None)
+            prepare_ahead(target_cloud, map_, undoing.source, T, self._last.ahead_of(T))
+        return replace(refinement, lost=lost)
 
-    def _guess_of(self, pair, frames) -> NDArray:
-        if pair.guess.T_target_source is not None:
-            return pair.guess.T_target_source
-        last_of, last = self._last
-        if last_of == _lineage(pair, frames):
-            return last
-        return np.eye(4) if pair.guess.T_first is None else pair.guess.T_first
+    def prepare(self, target):
+        """Read and prepare a target that comes next; from any thread.
 
-    def _last_after(self, pair, frames, result):
-        if not result.is_usable:
-            return self._last
-        return _lineage(pair, frames), result.T_target_source
+        Raises:
+            UnusableTarget: it cannot be used.
+        """
+        self._targets.of(target, self._configs[1])
 
     def _times_news(self, target, source):
         said = {'target': target.read.times, 'source': source.read.times}
@@ -141,11 +148,11 @@ class Refiner:
 
         return undoing_of(source, asked.T_guess, config, find, self._method.solves_motion)
 
-    def _target_cloud(self, asked, target, undoing, config) -> Cloud:
-        """Return the cloud of a target; of a scan undone by what was found of its sweep."""
-        times, at = target.cloud.times, config.motion_reference
+    def _target_cloud(self, asked, target, undoing, config) -> Cloud | MapCloud:
+        """Return what a target is; a scan is undone by what was found of its sweep."""
+        times, at = target.times, config.motion_reference
         if config.motion == 'none' or times is None:
-            return target.cloud
+            return self._targets.cloud_for(target, undoing.source, asked.of[0])
         of, reference, _ = self._undone_target
         if of is not target or reference != at:
             middle, reference = (reference_time(times, each) for each in ('middle', at))
@@ -154,23 +161,13 @@ class Refiner:
             self._undone_target = target, at, cloud
         return self._undone_target[2]
 
-    def _prepared_target(self, message, of_clouds) -> PreparedCloud:
-        kept_of = self._target_of
-        if not kept_of or message is not kept_of[0] or of_clouds != kept_of[1]:
-            try:
-                self._target = prepared('target', message, *of_clouds)
-            except IdemError as error:
-                raise UnusableTarget(str(error)) from error
-            self._target_of = message, of_clouds
-        return self._target
-
 
 def registered(method, target, undoing, judge_guess=True, covariance=None, **known) -> Refinement:
     """Register a source to a target and judge what comes of it.
 
     Args:
         method: see `Idem`.
-        target: `Cloud`.
+        target: `Cloud` or `MapCloud`.
         undoing: `Undoing` of the source.
         judge_guess: whether q_tot is evaluated at the guess, too.
         covariance: (6, 6) of the guess; None: it does not say.
@@ -181,7 +178,8 @@ def registered(method, target, undoing, judge_guess=True, covariance=None, **kno
     found = method.register(*clouds, T_guess, undoing.config, undoing.twist, covariance)
     registering_ms = watch.lap()
     config = replace(undoing.config, voxel_size=found.voxel_size)  # what "auto" was
-    result = method.judged(found, *clouds, config)
+    met = in_reach(*clouds, found.T_target_source, config), clouds[1]
+    result = method.judged(found, *met, config)
     before = q_tot_at(T_guess, *clouds, result.radius, config) if judge_guess else None
     times = known.pop('times', StageTimes())
     refinement = Refinement(
@@ -190,7 +188,7 @@ def registered(method, target, undoing, judge_guess=True, covariance=None, **kno
         q_tot_before=before,
         time_ms=known.pop('time_ms') + registering_ms,
         times=times._replace(registering=registering_ms, judging=watch.lap()),
-        took_part=TookPart(*clouds, config),
+        took_part=TookPart(*met, config),
         **known,
     )
     return undoing.told(refinement)
@@ -226,9 +224,10 @@ def _lineage(pair, frames):
 
 
 def q_tot_at(T_target_source, target, source, radius, config):
-    """Return q_tot [nat] of two `Cloud`s somewhere, comparable with a result of this radius."""
+    """Return q_tot [nat] of two clouds somewhere, comparable with a result of this radius."""
     if radius == 0.0:  # too few points, or all in one place: nothing was evaluated
         return 0.0
+    target = in_reach(target, source, T_target_source, config)
     voxel_size = config.voxel_size
     if voxel_size is not None:  # the clouds that the result's q_tot is of
         target, source = target.reduced(voxel_size), source.reduced(voxel_size)

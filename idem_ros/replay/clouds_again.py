@@ -6,18 +6,22 @@ import numpy as np
 
 from idem_ros.core import IdemError, undistort
 from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.maps.open_map import open_map
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.pairing.map_target import MapTarget
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.recording.folder import recording_files
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
-from idem_ros.recording.topics import find_topic, find_topics
+from idem_ros.recording.topics import FROM_A_FILE, find_topic, find_topics
 from idem_ros.refinement.preprocessing import preprocess
-from idem_ros.replay.named_recording import named_recording
+from idem_ros.replay.named_recording import named_recording, require_map_under
 from idem_ros.replay.sequence import SCANS_KEPT
 from idem_ros.replay.settings import SCAN, Settings, from_record
+
+AROUND = 20.0  # [m] of a map beyond the source
 
 
 def settings_of(result):
@@ -47,6 +51,7 @@ def clouds_of(result, indices, under=None):
     wanted = {}
     for i in indices:
         wanted.setdefault(result.frames[i]['stamp_ns'], []).append(int(i))
+    require_map_under(result, settings_of(result).map.target_file, under)
     clouds_by_stamp = _scans if _sequence_of(result) else _pairs
     with open_recording(path) as recording:
         for stamp, target, source in clouds_by_stamp(recording, result, frozenset(wanted)):
@@ -59,18 +64,22 @@ def clouds_of(result, indices, under=None):
 def _pairs(recording, result, stamps):
     """Pair as the replay did; the guess that a source started from is in the result."""
     settings = settings_of(result)
-    topics = find_topics(recording, *_topics_of(result))
-    pairing = Pairing(settings.pairing)
+    file = settings.map.target_file
+    target, source = _topics_of(result)
+    topics = find_topics(recording, FROM_A_FILE if file else target, source)
+    pairing = Pairing(settings.pairing, map_config=settings.map)
+    if file:
+        pairing.add_map(open_map(file))
     pairing.add_guess(transform_message(np.eye(4), 0, '', ''))
     found = {frame['stamp_ns']: frame for frame in result.frames}
     is_one = topics.target == topics.source
     add_source = pairing.add_scan if is_one else pairing.add_source
-    add = {topics.target: pairing.add_target, topics.source: add_source}
+    add = {topics.source: add_source, **({topics.target: pairing.add_target} if not file else {})}
     for topic, _, message in recording.messages(list(add)):
         for pair in add[topic](message):
             if pair.stamp in stamps:
-                target = _points(pair.target, settings, is_target=True)
-                yield pair.stamp, target, _points(pair.source, settings, moved=found[pair.stamp])
+                source = _points(pair.source, settings, moved=found[pair.stamp])
+                yield pair.stamp, _target(pair, settings, source, found[pair.stamp]), source
 
 
 def _scans(recording, result, stamps):
@@ -107,6 +116,14 @@ def _points(message, settings, is_target=False, moved=None):
         return kept.points
     times, reference = read.times.times[kept.kept], float(moved.get('reference') or 0.0)
     return undistort(kept.points, times, np.array(twist), reference)
+
+
+def _target(pair, settings, source, frame):
+    """Return the points of a target; of a map those around the source."""
+    if not isinstance(pair.target, MapTarget):
+        return _points(pair.target, settings, is_target=True)
+    placed = transform_points(np.array(frame['T_target_source']), source)
+    return pair.target.map.points_within(placed.min(axis=0) - AROUND, placed.max(axis=0) + AROUND)
 
 
 def _sequence_of(result):

@@ -35,6 +35,24 @@ def named_recording(result, under=None):
     return found
 
 
+def require_map_under(result, file, under):
+    """Refuse a map that a `Result` names outside of a folder, see `named_recording`.
+
+    Args:
+        result: `Result`.
+        file: the map's path; empty: it is of none.
+        under: the folder; None: it may lie anywhere.
+
+    Raises:
+        ForbiddenRecording: it lies elsewhere.
+    """
+    if file and under is not None and not _resolved(file).is_relative_to(_resolved(under)):
+        raise ForbiddenRecording(
+            f'{result.path} is of the map {file}, which does not lie in {under}, as '
+            '--recordings-under asks for'
+        )
+
+
 def is_there(path):
     """Return whether a `Path` exists; one that is too long does not."""
     try:

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from idem_ros.maps.open_map import open_map
 from idem_ros.messages.stamps import seconds
 from idem_ros.pairing.guesses import STREAMED
 from idem_ros.pairing.pair import refined
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.recording.messages import transform_message
-from idem_ros.recording.topics import find_topics
+from idem_ros.recording.topics import FROM_A_FILE, TopicNotFound, find_topics
 from idem_ros.refinement.refiner import Refiner
 from idem_ros.replay.peers import method_of
 from idem_ros.replay.spool import Spool
@@ -38,12 +39,21 @@ class Pairs:
 
     Raises:
         TopicNotFound: there is nothing to pair.
+        UnusableMap, UnreadableCloud: the map in `target_file` cannot be used.
     """
 
     def __init__(self, recording, settings, guesses=None, **topics):
         named = {role.removesuffix('_topic'): name for role, name in topics.items()}
+        if file := settings.map.target_file:
+            if name := named.get('target'):
+                raise TopicNotFound(
+                    f'{name!r} is given for the target, and the file {file}; choose one'
+                )
+            named['target'] = FROM_A_FILE
         self.topics = find_topics(recording, guess_type=settings.guess.type, **named)
-        self._pairing = Pairing(settings.pairing, settings.guess)
+        self._pairing = Pairing(settings.pairing, settings.guess, settings.map)
+        if file:
+            self._pairing.add_map(open_map(file))
         self._guesses = guesses or {}
         self._inputs = _inputs(self._pairing, self.topics)
         self.awaited, self.refused = array('q'), Spool()

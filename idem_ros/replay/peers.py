@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from idem_ros.core import IdemError, RegistrationResult, Status, register
+from idem_ros.core.maps.target import in_reach, with_common_voxel_size
 from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.entropy import length_unit
 from idem_ros.core.metric.joint_cloud import differences
 from idem_ros.core.metric.overlap import overlap_of
-from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.refinement.refiner import Idem
 from idem_ros.replay.settings import IDEM
 
@@ -89,7 +89,8 @@ class Peer:
 
     def register(self, target, source, T_target_source, config, twist=None, covariance=None):
         """Register as `core.register` does; q_tot, overlap and radius are for `judged` to say."""
-        config = with_voxel_size(config, target, source)
+        config = with_common_voxel_size(config, target, source)
+        target = in_reach(target, source, T_target_source, config)
         result = self._registered(target, source, T_target_source, config)
         return replace(result, voxel_size=config.voxel_size)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidConfig
 from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.parameters.fields import (
     parameter_name,
@@ -40,6 +41,7 @@ class Settings:
     pairing: PairingConfig = field(default_factory=PairingConfig)
     guess: GuessConfig = field(default_factory=GuessConfig)
     point_times: PointTimeConfig = field(default_factory=PointTimeConfig)
+    map: MapConfig = field(default_factory=MapConfig)
     method: str = IDEM
     """One of `METHODS`."""
     max_distance: float | None = None

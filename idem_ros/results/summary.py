@@ -84,7 +84,7 @@ def table(replayed, audit=False):
     numbers = _summed_up(replayed, tally)
     lines = [
         printable(
-            f'{replayed.path}: target {topics.target}, source {topics.source}, '
+            f'{replayed.path}: target {topics.target or "from a file"}, source {topics.source}, '
             f'guess {topics.guess or "none"}, truth {topics.truth or "none"}'
         ),
         '',
@@ -151,6 +151,8 @@ def frame_record(frame):
     record |= assessment_record(result.assessment) | motion_record(result, refinement.reference)
     if refinement.point_times:
         record['point_times'] = refinement.point_times
+    if refinement.lost:
+        record['lost'] = refinement.lost
     for key, attribute in ERRORS.items():
         record[key] = None if after is None else getattr(after, attribute)
         record[f'{key}_before'] = None if before is None else getattr(before, attribute)

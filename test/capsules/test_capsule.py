@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,11 @@ from idem_ros.capsules.capsule import LaterCapsule, Seen, read_capsule, write_ca
 from idem_ros.commands.main import main
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry.se3 import exp
+from idem_ros.maps.map_file import MapPoints
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.pairing.guesses import Guess
+from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapTarget
 from idem_ros.pairing.pair import Pair
 from idem_ros.recording import writer
 from idem_ros.recording.messages import diagnostics_message
@@ -116,3 +120,20 @@ def test_a_capsule_cut_off_is_no_traceback(capsule, tmp_path, capsys):
         path.write_bytes(content[: int(share * len(content))])
         assert main(['replay', str(path)]) in (0, 1)
         assert 'Traceback' not in capsys.readouterr().err
+
+
+def test_of_a_map_from_a_file_what_lies_around_the_source_is_kept(seen, tmp_path):
+    points = read_points(seen.pair.target).points
+    far = points + (1000.0, 0.0, 0.0)
+    map_ = MapTarget.of(MapPoints(np.concatenate([points, far]), 'a map'), 'map')
+    settings = replace(SETTINGS, map=MapConfig(target_file='map.npy'))
+    pair = Pair(map_, seen.pair.source, Guess(GUESS, 'map', 'lidar'))
+    refinement = Refiner(SETTINGS.config, False, SETTINGS.preprocessing).refine(pair)
+    path = tmp_path / 'capsule.mcap'
+    write_capsule(path, Seen(pair, settings, refinement))
+    with open_recording(path) as recording:
+        ((_, _, target),) = recording.messages(['/target'])
+    np.testing.assert_allclose(np.sort(read_points(target).points, 0), np.sort(points, 0))
+    assert not read_capsule(path)[0].map.target_file
+    write_capsule(path, Seen(pair, settings, None, 'no target'))
+    assert read_capsule(path) is not None

@@ -250,12 +250,14 @@ def test_time_is_that_of_the_stages_and_a_kept_target_costs_nothing_again(pair, 
         assert sum(refined.times[:3]) <= refined.time_ms
     alone = prepared('source', pair.source, PreprocessingConfig())
     assert set(map(type, (*first.times, alone.reading_ms, alone.preparing_ms))) == {float}
-    monkeypatch.setattr(
-        'idem_ros.refinement.refiner.prepared',
-        lambda role, *given: replace(
-            prepared(role, *given), reading_ms={'target': 100.0, 'source': 7.0}[role]
-        ),
-    )
+    for module in ('refiner', 'prepared_target'):
+        monkeypatch.setattr(
+            f'idem_ros.refinement.{module}.prepared',
+            lambda role, *given, **options: replace(
+                prepared(role, *given, **options),
+                reading_ms={'target': 100.0, 'source': 7.0}[role],
+            ),
+        )
     fresh = Refiner()
     assert [fresh.refine(pair).times.reading for _ in range(2)] == [107.0, 7.0]
 

@@ -1,0 +1,59 @@
+"""The parameters of a target that is a map: from a file, or in parts."""
+
+from dataclasses import dataclass
+
+from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.parameters.fields import parameter, require_one_of, require_positive
+
+REPLACE, ACCUMULATE = TARGET_MODES = ('replace', 'accumulate')
+
+
+@dataclass(frozen=True)
+class MapConfig:
+    """Where the target comes from, where it is a map."""
+
+    target_file: str = parameter(
+        '',
+        'a map on disk, in place of what comes on ~/target: a cloud (.pcd .ply .npy .las .laz) or '
+        "a folder of tiles in Autoware's layout; empty: none",
+        fixed=True,
+    )
+    target_frame: str = parameter('map', 'frame of the map in target_file', fixed=True)
+    target_mode: str = parameter(
+        REPLACE,
+        'what a newer target is to the one before: "replace" it, or "accumulate": one more part '
+        'of the same map, as a SLAM publishes its submaps',
+        choices=TARGET_MODES,
+        fixed=True,
+    )
+    target_radius: float = parameter(
+        150.0,
+        'with accumulate: what is farther from the last scan along x and y is forgotten',
+        'm',
+        fixed=True,
+    )
+    target_voxel_size: float = parameter(
+        0.1,
+        'with accumulate: of the points in a cube of this edge the first is kept',
+        'm',
+        fixed=True,
+    )
+
+    def __post_init__(self):
+        for name in ('target_file', 'target_frame'):
+            if not isinstance(getattr(self, name), str):
+                raise InvalidConfig(f'{name} is {getattr(self, name)!r}; it must be a text')
+        frame = self.target_frame
+        if self.target_file and (not frame.strip('/') or frame != ''.join(frame.split())):
+            raise InvalidConfig(
+                f'target_frame is {frame!r}; it must be the name of the frame that the map in '
+                'target_file is in, such as map'
+            )
+        require_one_of('target_mode', self.target_mode, TARGET_MODES)
+        require_positive('target_radius', self.target_radius)
+        require_positive('target_voxel_size', self.target_voxel_size)
+        if self.target_file and self.target_mode == ACCUMULATE:
+            raise InvalidConfig(
+                'target_mode is accumulate and target_file given: a map from a file has no parts '
+                'to come; choose one'
+            )

@@ -1,0 +1,130 @@
+"""Targets prepared once: scans as clouds, and what is far larger than a scan as a map."""
+
+import numpy as np
+
+from idem_ros.core import Cloud, IdemError, MapCloud
+from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.messages.pointcloud2 import PointsRead
+from idem_ros.pairing.map_target import MapTarget
+from idem_ros.pairing.targets import UnusableTarget
+from idem_ros.refinement.prepared_cloud import PreparedCloud, prepared
+from idem_ros.refinement.preprocessing import Preprocessed
+
+KEPT = 2  # the one in use, and the one that comes next
+LARGE = 500_000  # points: no scan of one sensor has more
+WIDER = 1.5  # than the scan: a target of which most lies beyond
+NARROWER = 0.1  # than the scan: a map in kilometres or degrees
+OUTERMOST = 0.02  # of a cloud's points at each end say nothing of how wide it is
+SAMPLE = 2000
+
+
+class PreparedTargets:
+    """What was prepared of the last targets; from several threads."""
+
+    def __init__(self):
+        self._kept = ()  # of ((message, settings of clouds), prepared), the newest last
+        self._wide = None, None  # a prepared scan that turned out to be a map, and that
+
+    @property
+    def kept(self):
+        """The `PreparedCloud`s at hand."""
+        return [target for _, target in self._kept]
+
+    def of(self, message, of_clouds):
+        """Return the `PreparedCloud` of a target, be it prepared now.
+
+        Args:
+            message: PointCloud2, or `MapTarget`.
+            of_clouds: `PreprocessingConfig` and what else `prepared` takes.
+
+        Raises:
+            UnusableTarget: it cannot be used.
+        """
+        for (kept, of), target in self._kept:
+            if kept is message and of == of_clouds:
+                return target
+        try:
+            target = _prepared(message, of_clouds)
+        except IdemError as error:
+            raise UnusableTarget(str(error)) from error
+        others = [each for each in self._kept if each[0][0] is not message]
+        self._kept = (*others[1 - KEPT :], ((message, of_clouds), target))
+        return target
+
+    def cloud_for(self, target, source, frames):
+        """Return what a source is registered to: a map, where most of it lies beyond the source.
+
+        Args:
+            target: `PreparedCloud`.
+            source: `Cloud` of the scan.
+            frames: of both; where they are one, both are scans.
+
+        Raises:
+            UnusableTarget: it is a map far smaller than the scan.
+        """
+        if isinstance(target.cloud, MapCloud):
+            _require_same_unit(target.cloud, source)
+            return target.cloud
+        if frames[0] == frames[1]:
+            return target.cloud
+        if self._wide[0] is not target and _width(_span(target.cloud)) > WIDER * _width(
+            _span(source)
+        ):
+            self._wide = target, MapCloud(target.preprocessed.points)
+        return self._wide[1] if self._wide[0] is target else target.cloud
+
+
+def _prepared(message, of_clouds):
+    if not isinstance(message, MapTarget):
+        return prepared('target', message, *of_clouds, make=_made)
+    nothing = np.empty((0, 3))
+    kept = Preprocessed(nothing, 0, 0, slice(0))
+    return PreparedCloud(PointsRead(nothing, 0, 0), kept, MapCloud(message.map), 0.0, 0.0)
+
+
+def _made(points, times):
+    return MapCloud(points) if len(points) > LARGE else Cloud(points, times)
+
+
+def _require_same_unit(map_, source):
+    """Refuse a `MapCloud` that is far smaller than a scan.
+
+    Raises:
+        UnusableTarget: it says how wide both are.
+    """
+    wide, scan = _width(map_.bounds), _width(_span(source))
+    if wide < NARROWER * scan:
+        raise UnusableTarget(
+            f'target: the map is {wide:.3g} wide, and the scan {scan:.3g}; is the map in '
+            'kilometres, or in degrees?'
+        )
+
+
+def prepare_ahead(target, map_, source, T, T_ahead):
+    """Have a map prepared where scans come next, and forgotten where they do not.
+
+    Args:
+        target: `MapCloud`.
+        map_: `MapSource` that it is of; None: all of it is kept.
+        source: `Cloud` of the scan.
+        T: (4, 4) where it is.
+        T_ahead: (4, 4) where it is about to be.
+    """
+    span = _span(source)
+    here, there = (transform_points(each, span.mean(axis=0)[None])[0] for each in (T, T_ahead))
+    reach = (_width(span) + np.linalg.norm(there - here)) / 2
+    center = (here + there) / 2
+    target.prefetch(center, reach)
+    if map_ is not None:
+        map_.keep_near(center, reach)
+
+
+def _span(source):
+    """Return the lowest and highest coordinates (2, 3) of a `Cloud`, without its outermost."""
+    sample = source.points[:: max(len(source) // SAMPLE, 1)] + source.origin
+    return np.quantile(sample, (OUTERMOST, 1.0 - OUTERMOST), axis=0)
+
+
+def _width(span):
+    """Return the diagonal of a box (2, 3) as seen from above."""
+    return float(np.linalg.norm(span[1, :2] - span[0, :2]))
