@@ -19,7 +19,9 @@ def warm_up(motion: str = 'none') -> None:
     register(points, points, config=RegistrationConfig(radius_schedule=(1.0,), max_iterations=1))
     if motion == 'none':
         return
-    source = Cloud(points, np.linspace(0.0, 0.1, len(points)))
+    times = np.linspace(0.0, 0.1, len(points))
+    source = Cloud(points, times)
     config = RegistrationConfig(voxel_size=0.1, max_iterations=1, motion=motion)
     register(points, source, config=config, twist=np.zeros(6))
-    moved_in_time(source.points, source.times, np.tile(np.eye(4), (2, 1, 1)), 0.0, 0.1)
+    times.flags.writeable = False  # as those of a cloud are
+    moved_in_time(source.points, times, np.tile(np.eye(4), (2, 1, 1)), 0.0, 0.1)
