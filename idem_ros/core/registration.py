@@ -16,6 +16,7 @@ from idem_ros.core.blocks import OutOfTime, Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.geometry import se3
+from idem_ros.core.loose import held_to_guess, seen_there
 from idem_ros.core.maps.map_cloud import MapCloud
 from idem_ros.core.maps.target import (
     Target,
@@ -37,7 +38,7 @@ from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.stages import descend, minimum_beside, stay
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import assess, out_of_time, too_little
-from idem_ros.core.trust.observability import Observability, observability_of
+from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.prior import Guess, information_of_guess
 from idem_ros.core.trust.scope import judged_in_scope
@@ -144,31 +145,18 @@ def _clouds(
 
 
 def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | None]:
-    """Return the `Descent` from a guess, and the `Observability` where it ended; None if late.
-
-    Motions that nothing determines stay as guessed: the stages are gone through without them.
-    """
-    descent, observability = not_begun(T_guess), None
+    """Return the `Descent` from a guess, and the `Observability` where it ended; None if late."""
+    descent, follow = not_begun(T_guess), stay if pair.config.mode == 'audit' else descend
     try:
-        follow = stay if pair.config.mode == 'audit' else descend
         descent = follow(pair, T_guess)
-        if descent.cost is not None:
-            T = descent.solution.transform
-            wider = pair.moved_by(descent.sweep).around(T).wider_balls()
-            observability = observability_of(descent.cost, T, wider)
-            if _must_leave_free(pair.config, observability):
-                descent = descend(pair, T_guess, observability.held)
+        if descent.cost is None:
+            return descent, None
+        if follow is descend and pair.config.free_motions == 'guess':
+            return held_to_guess(pair, T_guess, descent)
+        return descent, seen_there(pair, descent)
     except OutOfTime:
         late = descent.solution._replace(termination=Termination.LATE)
         return descent._replace(solution=late), None
-    return descent, observability
-
-
-def _must_leave_free(config: RegistrationConfig, observability: Observability) -> bool:
-    """Whether motions that nothing determines are still to be put back to where they were."""
-    determined = int(observability.observable.sum())
-    moves = config.mode == 'refine' and config.free_motions == 'guess'
-    return moves and 0 < determined < 6
 
 
 def _judged(
@@ -187,7 +175,7 @@ def _judged(
     cost = descent.cost or pair.cost(pair.stages[-1])
     cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
     if observability is None:
-        observability = observability_of(cost, T, pair.wider_balls())
+        observability = seen_there(pair, descent)
     agreement, q_tot = agreement_at(pair, cost.balls, T)
     result = result_at(pair, descent, agreement, q_tot, observability)
     if pair.config.assessment == 'none':

@@ -97,8 +97,8 @@ class Pair(NamedTuple):
         return Balls(*clouds, stage.radius, self.workers)
 
     def wider_balls(self) -> Iterator[Balls]:
-        """Yield the `Balls` of the two stages before the last, those next to it first."""
-        for stage in self.stages[-2:-4:-1]:
+        """Yield the `Balls` of the stages before the last, those next to it first."""
+        for stage in self.stages[-2::-1]:
             yield self.balls(stage)
 
     def cost(self, stage: Stage) -> JointEntropy:

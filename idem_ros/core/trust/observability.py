@@ -45,6 +45,7 @@ FIRM = 0.02  # by a sample: below, all balls are asked, and wider ones
 CHANCE = 3.0  # standard errors
 NORMALS = 2.0  # variances of a normal
 EXACT = 1e4  # variances of a normal: what is known as well as that is told from any pattern
+MOST_TURN = 0.5  # of a unit motion's square: more is a turn
 HOLDING = 0.5  # of what a motion moves a surface along its normal at most: such determine it
 ROUNDING = 1e-9  # what exact surfaces, or no surface at all, leave of the strength of others
 LEAST_BALLS = 100  # fewer may happen to lie in one plane
@@ -75,6 +76,22 @@ class Observability(NamedTuple):
     def free(self) -> Twists:
         """The motions (6, k) that are not."""
         return self.motions[:, ~self.observable]
+
+    def direction(self, k: Integer) -> Point | None:
+        """Return the way, (3,) of unit length, that the k-th motion moves all; None: it turns."""
+        turn, move = np.split(np.linalg.solve(self.units, self.motions[:, k]), 2)
+        return None if turn @ turn > MOST_TURN else move / np.linalg.norm(move)
+
+    def without(self, direction: Point) -> 'Observability':
+        """Return the same, but the motion that is most along a direction, (3,), is not held."""
+        seen = self.observable.copy()
+        seen[self.most_along(direction)] = False
+        return self._replace(observable=seen)
+
+    def most_along(self, direction: Point) -> int:
+        """Return which motion moves all along a direction, (3,), the most."""
+        moves = np.linalg.solve(self.units, self.motions)[3:]
+        return int(np.argmax(np.abs(direction @ moves)))
 
     def determined_by(self, k: Integer) -> tuple[Twist, tuple[Indices, Indices]]:
         """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
@@ -119,7 +136,7 @@ def _observability(
 ) -> Observability:
     all_ = [found, *wider]
     x = np.concatenate([each.mean for each in all_])
-    if len(found.mean) == 0:
+    if len(x) == 0:
         return _without_surfaces(cost, found.T_target_source, found.centres)
     pivot = x.mean(axis=0)
     scatter = (x - pivot).T @ (x - pivot) / len(x)
@@ -127,26 +144,30 @@ def _observability(
     units = unit_motions(pivot, _turns(scatter, cost.balls.radius))
     a = np.concatenate([each.own for each in all_]) @ units
     b = np.concatenate([each.other for each in all_]) @ units
-    noise = float(found.variance.mean())
+    noise = float(np.concatenate([each.variance for each in all_]).mean())
     mean = a.T @ b / len(x)
     strength, axes = np.linalg.eigh((mean + mean.T) / 2)
     along = a @ axes
     products = along * (b @ axes)  # their mean is the strength
     variance = np.einsum('ij,ij->j', products, products) / len(x) - strength**2
     error = np.sqrt(np.maximum(variance, 0.0) / len(x))
-    seen = _observable(strength, error, noise, len(x))
+    turning = np.einsum('ij,ij->j', axes[:3], axes[:3])
+    seen = _observable(strength, error, noise, len(x), turning)
     motions, along = units @ axes, along[: len(found.mean)]
     return Observability(
         strength, error, noise, motions, units, lever_arm, along, found.centres, seen
     )
 
 
-def _observable(strength: Floats, error: Floats, noise: float, balls: int) -> Mask:
+def _observable(
+    strength: Floats, error: Floats, noise: float, balls: int, turning: Floats
+) -> Mask:
+    """Return which motions are held; turning (6,): how much of each is a turn, 0 to 1."""
     if 0 < balls < LEAST_BALLS:
         return np.ones(6, bool)
     by_chance = np.maximum(CHANCE * error, max(NORMALS * noise, ROUNDING))
     too_loose = strength + CHANCE * error < LEAST_STRENGTH
-    by_pattern = strength < min(LEAST_HELD, EXACT * noise)
+    by_pattern = (strength < min(LEAST_HELD, EXACT * noise)) & (turning < MOST_TURN)
     return ~(((strength < by_chance) & too_loose) | by_pattern)
 
 
@@ -160,7 +181,7 @@ def _without_surfaces(
     stiffness, axes = np.linalg.eigh(units.T @ matrix @ units)
     strength = stiffness / stiffness[-1] if stiffness[-1] > 0.0 else np.ones(6)
     error, along = np.zeros(6), np.empty((0, 6))
-    seen = _observable(strength, error, 0.0, 0)
+    seen = _observable(strength, error, 0.0, 0, np.ones(6))
     return Observability(
         strength, error, 0.0, units @ axes, units, lever_arm, along, centres, seen
     )

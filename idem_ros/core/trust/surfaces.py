@@ -8,6 +8,7 @@ from idem_ros.core.arrays import (
     Floats,
     Indices,
     Integers,
+    MomentRows,
     Point,
     Points,
     RotationMatrix,
@@ -20,6 +21,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.metric.moments import (
     ball_moments,
     covariance,
@@ -71,6 +73,35 @@ def surfaces(
         (here.centre, there.centre),
         T,
     )
+
+
+def own_surfaces(cloud: Neighbourhoods, shape: tuple[float, float]) -> tuple[Points, Points]:
+    """Return mean and normal (n, 3) of those balls of a cloud that hold a surface of its own.
+
+    Normals point away from the cloud's middle: a wall is seen from one side.
+    """
+    found = _own_surfaces(cloud.grid.points, cloud.own, shape)
+    return found[:, :3], found[:, 3:]
+
+
+@kernel
+def _own_surfaces(centres: Points, own: MomentRows, shape: tuple[float, float]) -> Floats:
+    rows, n = np.empty((len(own), 6)), 0
+    for i in range(len(own)):
+        if own[i, 0] < LEAST_MEMBERS:
+            continue
+        m = row_of(own, i)
+        flatness, normal = _normal(covariance(m), shape)
+        if flatness < 0.0:
+            continue
+        outwards = 0.0
+        for k in range(3):
+            rows[n, k] = centres[i, k] + m[1 + k] / m[0]
+            outwards += rows[n, k] * normal[k]
+        for k in range(3):
+            rows[n, 3 + k] = normal[k] if outwards >= 0.0 else -normal[k]
+        n += 1
+    return rows[:n]
 
 
 class _Planes(NamedTuple):

@@ -1,0 +1,139 @@
+"""Motions that the scene holds weakly or not at all: by what holds them alone, or as guessed.
+
+The coarse stages draw the clouds together along a motion that little holds: by where the scans
+end, and by the pattern of the sensor. So they are gone through without it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from idem_ros.core.arrays import Point, Transform, Twists
+from idem_ros.core.geometry import se3
+from idem_ros.core.metric.noise import share_of_sheets
+from idem_ros.core.solve.descent import Descent
+from idem_ros.core.solve.pair import Pair
+from idem_ros.core.stages import descend
+from idem_ros.core.trust.observability import FIRM, Observability, observability_of
+from idem_ros.core.trust.pattern import pattern_lines
+from idem_ros.core.trust.slide import Slide, slide_along
+from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
+
+WEAK = 0.06  # strength: a pattern that locks holds by up to 0.05, real towns by 0.1 and more
+REACH = 2.0  # of the first radius
+SETTLED = 0.5  # of the radius: how far the last stage may go on from where surfaces coincide
+ALL_SHEETS = 0.9  # of the balls: the others are too few lines to be a pattern
+RULED = 6.0  # votes of the pattern over the surfaces': 10 to 30 where it locks, else to 3
+LOCKED = 0.3  # of the radius: so near to where its pattern coincides a way is the pattern's
+
+
+def held_to_guess(
+    pair: Pair, T_guess: Transform, descent: Descent
+) -> tuple[Descent, Observability | None]:
+    """Return a `Descent` along which motions that nothing holds are as guessed, and what it sees.
+
+    Args:
+        pair: the `Pair` of clouds.
+        T_guess: (4, 4) between the clouds' origins.
+        descent: along all motions, from there.
+
+    Returns:
+        The `Descent`, and the `Observability` where it ended; None if late.
+    """
+    seen = _seen_from(pair, descent)
+    weak = _weak_direction(seen)
+    if weak is None:
+        free = 0 < seen.observable.sum() < 6
+        return (descend(pair, T_guess, seen.held) if free else descent), seen
+    k, way = weak
+    if seen.strength[k] >= FIRM and not _is_locked(pair, descent, way):
+        return descent, seen
+    return _slid(pair, T_guess, seen.motions[:, np.arange(6) != k], way)
+
+
+def seen_there(pair: Pair, descent: Descent) -> Observability:
+    """Return the `Observability` where a `Descent` ended, which is to stay there."""
+    seen = _seen_from(pair, descent)
+    weak = _weak_direction(seen)
+    if weak is None:
+        return seen
+    (k, way), radius = weak, pair.stages[-1].radius
+    slide, is_locked = _slides(pair, descent, way)
+    coincides = slide.is_clear(radius) and abs(slide.way) < radius
+    if is_locked(0.0) or not (coincides or seen.strength[k] >= FIRM):
+        return seen.without(way)
+    return seen
+
+
+def _seen_from(pair: Pair, descent: Descent) -> Observability:
+    assert descent.cost is not None, 'surfaces are seen by the balls of a cost'
+    T = descent.solution.transform
+    return observability_of(descent.cost, T, _where(pair, descent).wider_balls())
+
+
+def _where(pair: Pair, descent: Descent) -> Pair:
+    """Return the pair with what of it is at the end of a descent."""
+    return pair.moved_by(descent.sweep).around(descent.solution.transform)
+
+
+def _weak_direction(seen: Observability) -> tuple[int, Point] | None:
+    """Return which motion is held least, if weakly, and its direction.
+
+    None where all are held, or several directions are not.
+    """
+    ways: list[tuple[int, Point]] = []
+    for k in np.flatnonzero(seen.strength < WEAK):
+        direction = seen.direction(k)
+        if direction is not None and (not ways or not seen.observable[k]):
+            ways.append((int(k), direction))
+    return ways[0] if len(ways) == 1 else None
+
+
+def _is_locked(pair: Pair, descent: Descent, way: Point) -> bool:
+    """Whether it is the sensor's pattern that coincides along a way where a descent ended."""
+    assert descent.cost is not None, 'it was gone through'
+    if min(share_of_sheets(cloud.own) for cloud in descent.cost.balls.clouds) > ALL_SHEETS:
+        return False
+    _, is_locked = _slides(pair, descent, way)
+    return is_locked(0.0)
+
+
+def _slid(
+    pair: Pair, T_guess: Transform, others: Twists, way: Point
+) -> tuple[Descent, Observability | None]:
+    """Return the `Descent` to where what lies across a way coincides; else with it as guessed.
+
+    others: (6, 5), the motions but for that one.
+    """
+    kept = descend(pair, T_guess, others)
+    if kept.cost is None:
+        return kept, None
+    T, radius = kept.solution.transform, kept.cost.balls.radius
+    slide, is_locked = _slides(pair, kept, way)
+    if slide.is_clear(radius) and not is_locked(slide.way):
+        T_slid = se3.translation(slide.way * way) @ T
+        last = descend(pair._replace(stages=pair.stages[-1:]), T_slid)
+        off = way @ (last.solution.transform[:3, 3] - T_slid[:3, 3])
+        if last.cost is not None and abs(off) < SETTLED * radius:
+            steps = kept.iterations + last.iterations
+            settled = last._replace(first=kept.first, confidence=kept.confidence, iterations=steps)
+            seen = _seen_from(pair, settled)
+            if seen.observable[seen.most_along(way)]:
+                return settled, seen
+    return kept, _seen_from(pair, kept).without(way)
+
+
+def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[float], bool]]:
+    """Return the `Slide` along a way, and whether the sensor's pattern coincides at another."""
+    assert descent.cost is not None, 'it was gone through'
+    balls, wider = descent.cost.balls, list(_where(pair, descent).wider_balls())
+    place = descent.solution.transform, way, balls.radius, REACH * pair.stages[0].radius
+    target, source = (own_surfaces(cloud, SURFACE) for cloud in balls.clouds)
+    slide = slide_along(target, source, *place)
+    lines, source_lines = (
+        pattern_lines(cloud, [(each.clouds[side], each.radius) for each in wider])
+        for side, cloud in enumerate(balls.clouds)
+    )
+    pattern, near = slide_along(lines, source_lines, *place), LOCKED * balls.radius
+    rules = pattern.is_clear() and pattern.votes > RULED * slide.votes
+    return slide, lambda other: rules and abs(other - pattern.way) < near

@@ -1,0 +1,57 @@
+"""The lines that a sensor leaves on surfaces: rings, columns of a raster. They move with it.
+
+Where the lines of two clouds lie on each other, the sensor's pattern does, whatever the surfaces.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from idem_ros.core.arrays import Points
+from idem_ros.core.metric.cloud import Neighbourhoods
+from idem_ros.core.trust.surfaces import LEAST_MEMBERS, PLAIN, own_surfaces
+
+LINE = 0.1  # most of the second variance over the greatest
+IN_PLANE = 0.15  # of the wider radius: how far off a plane a line may lie
+LEVEL = 0.3  # most cosine of its direction to the plane's normal
+
+
+def pattern_lines(
+    cloud: Neighbourhoods, wider: Sequence[tuple[Neighbourhoods, float]]
+) -> tuple[Points, Points]:
+    """Return the mean of balls that hold a line on a plane, and where in that it faces, (n, 3).
+
+    A post is a line, too, but on no plane.
+
+    Args:
+        cloud: with balls of the last radius.
+        wider: the same one with balls of wider radii, and these: their planes.
+    """
+    places, along = _lines(cloud)
+    facing, found = np.zeros_like(places), np.zeros(len(places), bool)
+    for each, radius in wider:
+        means, normals = own_surfaces(each, PLAIN)
+        if not len(means) or not len(places):
+            continue
+        away, which = cKDTree(means).query(places)
+        normal = normals[which]
+        off = np.abs(np.einsum('ij,ij->i', places - means[which], normal))
+        tilt = np.abs(np.einsum('ij,ij->i', along, normal))
+        on = ~found & (away < radius) & (off < IN_PLANE * radius) & (tilt < LEVEL)
+        facing[on] = np.cross(normal[on], along[on])
+        found |= on
+    facing *= np.sign(np.einsum('ij,ij->i', facing, places))[:, None]  # as surfaces: outwards
+    return places[found], facing[found]
+
+
+def _lines(cloud: Neighbourhoods) -> tuple[Points, Points]:
+    """Return the mean and the direction, (n, 3), of balls that hold a line."""
+    many = cloud.own[:, 0] >= LEAST_MEMBERS
+    own, centres = cloud.own[many], cloud.grid.points[many]
+    mean = own[:, 1:4] / own[:, :1]
+    xx, xy, xz, yy, yz, zz = (own[:, 4:] / own[:, :1]).T
+    square = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
+    spread, axes = np.linalg.eigh(square - mean[:, :, None] * mean[:, None])
+    is_line = spread[:, 1] <= LINE * spread[:, 2]
+    return (centres + mean)[is_line], axes[is_line, :, 2]
