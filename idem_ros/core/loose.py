@@ -20,6 +20,7 @@ from idem_ros.core.trust.slide import Slide, slide_along
 from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
 
 WEAK = 0.06  # strength: a pattern that locks holds by up to 0.05, real towns by 0.1 and more
+GENTLE = 0.0005  # of the strength, of surfaces not across: bare scenes have half of that at most
 REACH = 2.0  # of the first radius
 SETTLED = 0.5  # of the radius: how far the last stage may go on from where surfaces coincide
 ALL_SHEETS = 0.9  # of the balls: the others are too few lines to be a pattern
@@ -46,7 +47,7 @@ def held_to_guess(
         free = 0 < seen.observable.sum() < 6
         return (descend(pair, T_guess, seen.held) if free else descent), seen
     k, way = weak
-    if seen.strength[k] >= FIRM and not _is_locked(pair, descent, way):
+    if _is_firm(seen, k) and not _is_locked(pair, descent, way):
         return descent, seen
     return _slid(pair, T_guess, seen.motions[:, np.arange(6) != k], way)
 
@@ -60,7 +61,7 @@ def seen_there(pair: Pair, descent: Descent) -> Observability:
     (k, way), radius = weak, pair.stages[-1].radius
     slide, is_locked = _slides(pair, descent, way)
     coincides = slide.is_clear(radius) and abs(slide.way) < radius
-    if is_locked(0.0) or not (coincides or seen.strength[k] >= FIRM):
+    if is_locked(0.0) or not (coincides or _is_firm(seen, k)):
         return seen.without(way)
     return seen
 
@@ -87,6 +88,11 @@ def _weak_direction(seen: Observability) -> tuple[int, Point] | None:
         if direction is not None and (not ways or not seen.observable[k]):
             ways.append((int(k), direction))
     return ways[0] if len(ways) == 1 else None
+
+
+def _is_firm(seen: Observability, k: int) -> bool:
+    """Whether much holds a motion, or many surfaces that lean a little: the hills of a plain."""
+    return bool(seen.strength[k] >= FIRM or seen.gentle[k] >= GENTLE)
 
 
 def _is_locked(pair: Pair, descent: Descent, way: Point) -> bool:
@@ -117,9 +123,9 @@ def _slid(
         if last.cost is not None and abs(off) < SETTLED * radius:
             steps = kept.iterations + last.iterations
             settled = last._replace(first=kept.first, confidence=kept.confidence, iterations=steps)
-            seen = _seen_from(pair, settled)
-            if seen.observable[seen.most_along(way)]:
-                return settled, seen
+            confirmed = _seen_from(pair, settled).confirmed(way)
+            if confirmed is not None:
+                return settled, confirmed
     return kept, _seen_from(pair, kept).without(way)
 
 

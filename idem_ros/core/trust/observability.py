@@ -32,7 +32,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.cost import JointEntropy
-from idem_ros.core.trust.surfaces import PLAIN, SURFACE, Surfaces, surfaces
+from idem_ros.core.trust.surfaces import ACROSS, PLAIN, SURFACE, Surfaces, surfaces
 
 # Of the mean square along the normals: planes, corridors, poles and spheres leave at most 0.0015
 # where they are free, the scenes of `python -m benchmarks accuracy` hold by 0.009 or more, and
@@ -41,7 +41,7 @@ LEAST_STRENGTH = 0.005
 # Corners that one ring crosses are flat, too: in `python -m benchmarks tunnels` they leave at most
 # 0.001 of motions that are free, and what holds a motion there does so by 0.0015 or more.
 LEAST_HELD = 0.0014
-FIRM = 0.02  # by a sample: below, all balls are asked, and wider ones
+FIRM = 0.03  # by a sample: below, all balls are asked, and wider ones
 CHANCE = 3.0  # standard errors
 NORMALS = 2.0  # variances of a normal
 EXACT = 1e4  # variances of a normal: what is known as well as that is told from any pattern
@@ -57,6 +57,7 @@ class Observability(NamedTuple):
 
     strength: Floats  # (6,): mean square of a unit motion along the normals
     error: Floats  # (6,): its standard error
+    gentle: Floats  # (6,): what of it surfaces give that a motion moves little; at the least
     noise: float  # mean variance of a normal [rad^2]
     motions: Twists  # (6, 6): columns (omega, v) in the frame at the target's origin, each of
     # which moves the surfaces by about 1
@@ -86,6 +87,15 @@ class Observability(NamedTuple):
         """Return the same, but the motion that is most along a direction, (3,), is not held."""
         seen = self.observable.copy()
         seen[self.most_along(direction)] = False
+        return self._replace(observable=seen)
+
+    def confirmed(self, direction: Point) -> 'Observability | None':
+        """Return the same, the motion most along a direction held; None: by chance at most."""
+        k = self.most_along(direction)
+        if self.strength[k] < CHANCE * self.error[k]:
+            return None
+        seen = self.observable.copy()
+        seen[k] = True
         return self._replace(observable=seen)
 
     def most_along(self, direction: Point) -> int:
@@ -149,14 +159,22 @@ def _observability(
     strength, axes = np.linalg.eigh((mean + mean.T) / 2)
     along = a @ axes
     products = along * (b @ axes)  # their mean is the strength
-    variance = np.einsum('ij,ij->j', products, products) / len(x) - strength**2
-    error = np.sqrt(np.maximum(variance, 0.0) / len(x))
+    error = _standard_error(products)
+    little = np.where(np.abs(along) < ACROSS, products, 0.0)
+    gentle = little.mean(axis=0) - CHANCE * _standard_error(little)
     turning = np.einsum('ij,ij->j', axes[:3], axes[:3])
     seen = _observable(strength, error, noise, len(x), turning)
     motions, along = units @ axes, along[: len(found.mean)]
     return Observability(
-        strength, error, noise, motions, units, lever_arm, along, found.centres, seen
+        strength, error, gentle, noise, motions, units, lever_arm, along, found.centres, seen
     )
+
+
+def _standard_error(products: Floats) -> Floats:
+    """Return that of the mean, (6,), of (n, 6)."""
+    mean, n = products.mean(axis=0), len(products)
+    variance = np.einsum('ij,ij->j', products, products) / n - mean**2
+    return np.sqrt(np.maximum(variance, 0.0) / n)
 
 
 def _observable(
@@ -183,7 +201,7 @@ def _without_surfaces(
     error, along = np.zeros(6), np.empty((0, 6))
     seen = _observable(strength, error, 0.0, 0, np.ones(6))
     return Observability(
-        strength, error, 0.0, units @ axes, units, lever_arm, along, centres, seen
+        strength, error, strength, 0.0, units @ axes, units, lever_arm, along, centres, seen
     )
 
 

@@ -6,9 +6,9 @@ Where the lines of two clouds lie on each other, the sensor's pattern does, what
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from idem_ros.core.arrays import Points
+from idem_ros.core.arrays import Floats, Indices, Mask, Points
+from idem_ros.core.jit import kernel
 from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS, PLAIN, own_surfaces
 
@@ -34,11 +34,11 @@ def pattern_lines(
         means, normals = own_surfaces(each, PLAIN)
         if not len(means) or not len(places):
             continue
-        away, which = cKDTree(means).query(places)
+        which, away = _nearest(places, means)
         normal = normals[which]
         off = np.abs(np.einsum('ij,ij->i', places - means[which], normal))
         tilt = np.abs(np.einsum('ij,ij->i', along, normal))
-        on = ~found & (away < radius) & (off < IN_PLANE * radius) & (tilt < LEVEL)
+        on: Mask = ~found & (away < radius) & (off < IN_PLANE * radius) & (tilt < LEVEL)
         facing[on] = np.cross(normal[on], along[on])
         found |= on
     facing *= np.sign(np.einsum('ij,ij->i', facing, places))[:, None]  # as surfaces: outwards
@@ -55,3 +55,17 @@ def _lines(cloud: Neighbourhoods) -> tuple[Points, Points]:
     spread, axes = np.linalg.eigh(square - mean[:, :, None] * mean[:, None])
     is_line = spread[:, 1] <= LINE * spread[:, 2]
     return (centres + mean)[is_line], axes[is_line, :, 2]
+
+
+@kernel
+def _nearest(places: Points, others: Points) -> tuple[Indices, Floats]:
+    """Return which of the others, one at least, is nearest to each place, and how near."""
+    which, away = np.zeros(len(places), np.int64), np.full(len(places), np.inf)
+    for i in range(len(places)):
+        for j in range(len(others)):
+            square = 0.0
+            for k in range(3):
+                square += (places[i, k] - others[j, k]) ** 2
+            if square < away[i]:
+                which[i], away[i] = j, square
+    return which, np.sqrt(away)

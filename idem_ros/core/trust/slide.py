@@ -13,15 +13,14 @@ import numpy as np
 from idem_ros.core.arrays import Floats, Point, Points, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
+from idem_ros.core.trust.surfaces import ACROSS
 
-ACROSS = 0.3  # least cosine of a normal to the direction
 ALIKE = 0.8  # least cosine between two normals
 BIN, BLUR = 0.075, (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25)  # of the radius; weights of bins
 MOST = 2000  # surfaces of either cloud
-# Bare tunnels, facades and planes give up to 13 votes for some way, rings that meet in corners
-# included, and what holds a scene along x, where enough is in sight, 18 and more, its rival less
-# than half of that (`python -m benchmarks tunnels`).
-LEAST_VOTES, MOST_RIVAL = 17.0, 0.5
+# Without a rival, bare tunnels, facades and planes give up to 4 votes where no pattern coincides,
+# and with one 18 (`python -m benchmarks tunnels`).
+LEAST_VOTES, MOST_RIVAL, MANY_VOTES = 7.0, 0.5, 18.0
 
 
 class Slide(NamedTuple):
@@ -34,10 +33,12 @@ class Slide(NamedTuple):
     def is_clear(self, near: float = 0.0) -> bool:
         """Whether it has more votes than chance gives, and no rival.
 
-        A way that is less than near may have one: two sides of a box vote for each other, too.
+        One of many votes that is less than near may have one: the sides of a box vote for each
+        other, too.
         """
-        no_rival = self.rival <= MOST_RIVAL * self.votes or abs(self.way) < near
-        return self.votes >= LEAST_VOTES and no_rival
+        if self.rival <= MOST_RIVAL * self.votes:
+            return self.votes >= LEAST_VOTES
+        return self.votes >= MANY_VOTES and abs(self.way) < near
 
 
 def slide_along(
@@ -84,6 +85,8 @@ def _vote(
 ) -> None:
     """Add each pair's vote to the bin of the way that brings the source's surface to the other."""
     middle = len(votes) // 2
+    a: Floats
+    b: Floats
     for i in range(len(here)):
         a = here[i]
         ha = a[3] * u[0] + a[4] * u[1] + a[5] * u[2]
@@ -96,7 +99,7 @@ def _vote(
             if x * x + y * y + z * z - along * along > radius * radius:
                 continue
             way = (x * a[3] + y * a[4] + z * a[5]) / ha
-            k = int(np.round(way / width)) + middle
+            k = int(np.floor(way / width + 0.5)) + middle
             if abs(way - along) < radius and 0 <= k < len(votes):
                 hb = b[3] * u[0] + b[4] * u[1] + b[5] * u[2]
                 votes[k] += abs(ha * hb)

@@ -35,6 +35,7 @@ LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others 
 # Of a surface: least second variance over the first, and least product of the two greater ones
 # over the squared trace: 0.08 where the second is a tenth of the third. Less is a line.
 SURFACE, PLAIN = (4.0, 0.08), (16.0, 0.14)
+ACROSS = 0.3  # least cosine of its normal to a way that it lies across
 
 
 class Surfaces(NamedTuple):
