@@ -46,7 +46,7 @@ help:
 	@echo 'make coverage  which lines of the core its tests run, the kernels as plain Python'
 	@echo 'make newest  run the tests with the newest release of everything, and say what that is'
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
-	@echo 'make lint    check style, the types of the core, and that imports run one way'
+	@echo 'make lint    check style, types (of the core strictly), and that imports run one way'
 	@echo 'make docs    write the tables and the picture of the documents again'
 	@echo 'make site    build the documents as a site in build/site, with the Python reference'
 	@echo 'make three   bundle three.js for `idem show` again'
@@ -122,6 +122,7 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
+	$(BIN)/basedpyright --pythonpath $(BIN)/python --project pyright-basic.json
 	$(BIN)/lint-imports
 
 docs: $(READY)

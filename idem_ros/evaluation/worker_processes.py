@@ -6,6 +6,7 @@ from concurrent.futures import FIRST_COMPLETED, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from multiprocessing.sharedctypes import RawArray
+from typing import Any
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
@@ -14,7 +15,7 @@ from idem_ros.evaluation.worker_pool import worker_pool
 RUNS = 3  # of a recording whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are
 BEGUN, DONE, TOTAL = range(3)
-_counters = None  # in a worker: three numbers of each task
+_counters: Any = None  # in a worker: three numbers of each task
 
 
 class WorkersFailed(IdemError):

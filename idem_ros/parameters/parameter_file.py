@@ -68,7 +68,7 @@ def read_sections(path):
 def speaks_to(name, node):
     """Return whether a name of a parameter file means a node, given by its full name."""
     words = name.strip('/').split('/')
-    pattern = ''.join(WILDCARDS.get(word, '/' + re.escape(word)) for word in words)
+    pattern = ''.join(WILDCARDS.get(word) or f'/{re.escape(word)}' for word in words)
     return re.fullmatch(pattern, node) is not None
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from time import perf_counter_ns
+from typing import Any
 
 from idem_ros.core import Cloud, IdemError, MapCloud
 from idem_ros.messages.pointcloud2 import PointsRead, read_points
@@ -51,7 +52,7 @@ def prepared(role, message, preprocessing, point_times=None, make=Cloud) -> Prep
     return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
 
 
-def left_out(*clouds):
+def left_out(*clouds) -> dict[str, Any]:
     """Return {why: how many points of `PreparedCloud`s take no part}, as `Refinement` has it."""
     return {
         'dropped_nonfinite': sum(each.read.dropped_nonfinite for each in clouds),

@@ -1,6 +1,7 @@
 """The one path from a pair of messages to a refined transform, for the node and for replay."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class Refiner:
         self._method = method or Idem()
         self._targets = PreparedTargets()
         self._last = LastResults()
-        self._undone_target = None, '', None
+        self._undone_target: Any = None, '', None
         self._motion = SweepMotion()
         self.times_said = TimesSaid()
         preprocessing = preprocessing or PreprocessingConfig()

@@ -84,7 +84,7 @@ def _pairs(recording, result, stamps):
 
 def _scans(recording, result, stamps):
     """Yield each scan with those before it, where the result says that they were."""
-    settings, sequence = settings_of(result), _sequence_of(result)
+    settings, sequence = settings_of(result), _sequence_of(result) or {}
     topic = find_topic(recording, CLOUD, 'source', _topics_of(result)[1])
     found = {frame['stamp_ns']: frame for frame in result.frames}
     found[sequence.get('first_stamp')] = {'T_target_source': np.eye(4)}
@@ -109,7 +109,8 @@ def _points(message, settings, is_target=False, moved=None):
 
     moved: the frame of the result that tells its `twist` and `reference`.
     """
-    twist = (moved or {}).get('twist')
+    moved = moved or {}
+    twist = moved.get('twist')
     read = read_points(message, settings.point_times if twist else None)
     kept = preprocess(read.points, settings.preprocessing, is_target)
     if not twist or read.times.times is None:

@@ -198,6 +198,7 @@ class Odometry:
             undoing.to_middle(refinement.result),
         )
         self._middles.append((scan.stamp + round(1e9 * middle), T @ T_middle))
+        assert refinement.took_part is not None  # as of every one that was just registered
         self._go_on(T, refinement.took_part.source)
         return refinement
 

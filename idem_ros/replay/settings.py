@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidConfig
@@ -109,7 +110,7 @@ def from_record(record):
         raise InvalidConfig(f'the settings are none: {error}') from error
 
 
-def _config_types():
+def _config_types() -> dict[str, Any]:
     """Return {field of `Settings`: the configuration it holds}."""
     return {
         each.name: each.default_factory
