@@ -4,7 +4,7 @@ import os
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, docs, sweeps, unseen, voxels
+from benchmarks.commands import beyond, docs, maps, sweeps, unseen, voxels
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -56,6 +56,7 @@ def _parser():
     rings.set_defaults(run=_rings)
     unseen.add_parsers(kinds, OWN)
     voxels.add_parser(kinds, OWN)
+    maps.add_parser(kinds, OWN)
     for name, measured, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),

@@ -43,7 +43,7 @@ def in_blocks(n: int, workers: Workers, call: Callable[[int, int], Result]) -> l
 
 def spans(n: int, workers: Workers) -> list[tuple[int, int]]:
     """Return (begin, end) of the blocks of n points; one, for one worker that has no deadline."""
-    block = n if workers == ALONE else BLOCK
+    block = max(n, 1) if workers == ALONE else BLOCK
     return [(begin, min(begin + block, n)) for begin in range(0, n, block)]
 
 

@@ -173,7 +173,7 @@ def _judged(
     T = descent.solution.transform
     pair = pair.moved_by(descent.sweep).around(T)
     cost = descent.cost
-    if cost is None or len(cost.balls.target.order) != len(pair.target):  # of a map, it has left
+    if cost is None or cost.balls.of[0] is not pair.target:  # of a map, it has left
         cost = pair.cost(pair.stages[-1])
     cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
     if observability is None:

@@ -25,7 +25,8 @@ from idem_ros.core.metric.voxel_size import size_found, with_voxel_size_of
 
 CACHE_BYTES = 1 << 29  # some two million voxels with their moments
 VOXELS_PER_EDGE = 64  # of a block
-WIDER = 1.25  # of the widest balls: how far beyond the scan coarse stages may look, at least
+WIDER = 1.25  # of the balls that a stage has, about: how far beyond the scan it may look
+MOVES = 2.0  # voxels, or spacings: how far a scan may move before another part is asked for
 LEAST_POINTS = 5  # that have a spacing
 SAMPLE = 512  # points that tell a scan's spacing
 DONE = object()
@@ -94,13 +95,16 @@ class MapCloud:
         if size is not None:
             source.require_resolved(size)
             source = source.reduced(size)
-        edge, wider = _edge_and_reach(source, size, config)
+        spacing = source.fourth_neighbor_distance(SAMPLE) if len(source) >= LEAST_POINTS else 0.0
+        step = size if size is not None else 2.0 ** round(math.log2(spacing or 1.0))
+        edge, widest = VOXELS_PER_EDGE * step, config.a * spacing * config.radius_schedule[0]
+        narrowest = config.a * spacing * config.radius_schedule[-1]
         points = se3.transform_points(T_target_source, source.points + source.origin)
-        reach = Reach.around(points, edge)
-        near: Point = np.asarray(reach.zero * reach.cube, dtype=np.float64)
+        reach = Reach.around(points, edge, MOVES * step + WIDER * narrowest)
+        near: Point = np.asarray(reach.zero * (edge / reach.per_edge), dtype=np.float64)
         T = T_target_source.copy()
         T[:3, 3] += T[:3, :3] @ source.origin - near
-        place = Place(reach, T, near, wider)
+        place = Place(reach, T, near, WIDER * widest, MOVES * step)
         return MapPart(self._blocks, Level(edge, size, size), place, workers)
 
     def prefetch(self, center: ArrayLike, reach: float) -> Future[None]:
@@ -135,12 +139,3 @@ class MapCloud:
                 done.set_result(None)
         except Exception as error:  # also that the interpreter ends
             done.set_exception(error)
-
-
-def _edge_and_reach(
-    source: Cloud, size: float | None, config: RegistrationConfig
-) -> tuple[float, float]:
-    """Return the edge of blocks, and how far beyond the scan coarse stages may look."""
-    spacing = source.fourth_neighbor_distance(SAMPLE) if len(source) >= LEAST_POINTS else 0.0
-    step = size if size is not None else 2.0 ** round(math.log2(spacing or 1.0))
-    return VOXELS_PER_EDGE * step, WIDER * max(config.radius_schedule) * config.a * spacing

@@ -6,17 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Indices, Point, Points, Transform, Weights
+from idem_ros.core.arrays import Floats, Indices, Point, Points, Transform, Weights
 from idem_ros.core.blocks import ALONE, Workers, in_threads
 from idem_ros.core.geometry import se3
-from idem_ros.core.maps.map_blocks import BlockMoments, Index, Level, MapBlocks
+from idem_ros.core.jit import kernel
+from idem_ros.core.maps.map_blocks import BlockPoints, Index, Level, MapBlocks
 from idem_ros.core.maps.reach import Reach, rows_in_reach
 from idem_ros.core.metric.candidates import farthest_moved
 from idem_ros.core.metric.cloud import Cloud, Neighbourhoods
 from idem_ros.core.metric.moments import AS_MEASURED
 
 KEPT = 4  # results of each kind: a schedule's
-MOVED = 0.5  # of a cube: a scan that has moved farther may meet what is not in reach
+SKIN = 1.1  # of the radius: candidates are looked for so far
 
 
 class Place(NamedTuple):
@@ -26,6 +27,7 @@ class Place(NamedTuple):
     T: Transform  # between the origins of part and scan
     origin: Point  # (3,) in the map: of the part
     wider: float  # how far beyond the scan's points coarse stages may look
+    moves: float  # how far the scan may move before another part is asked for
 
 
 class MapPart(Cloud):
@@ -46,7 +48,7 @@ class MapPart(Cloud):
 
     def __init__(self, blocks: MapBlocks, level: Level, place: Place, workers: Workers) -> None:
         self._blocks, self._level, self._place = blocks, level, place
-        self._rows: list[tuple[Index, Indices]] = []
+        self._rows: list[_Rows] = []
         self._moved: MapPart | None = None
         blocks.asked_for(level)
         points, weights = self._gathered(workers)
@@ -57,22 +59,25 @@ class MapPart(Cloud):
         """Whether more of the map lies beside it: yes."""
         return True
 
-    def around(self, source: Cloud, T: Transform) -> MapPart:
+    def around(self, source: Cloud, T: Transform, radius: float) -> MapPart:
         """Return the part that a source can reach at T, (4, 4) between the clouds' origins.
 
         Itself, or the one returned last, as long as the source has not moved far from there.
         """
         for part in (self, self._moved):
             if part is not None:
-                most = MOVED * part._place.reach.cube
-                if farthest_moved(T, part._place.T, source.bounds()) <= most**2:
+                left = part._place.reach.distance - SKIN * radius
+                moved = np.sqrt(farthest_moved(T, part._place.T, source.bounds()))
+                if moved <= left:
                     return part
         points = se3.transform_points(T, source.points) + self.origin
-        reach = Reach.around(points, self._level.edge)
+        reach = Reach.around(points, self._level.edge, self._place.moves + SKIN * radius)
         place = self._place._replace(reach=reach, T=T)
-        moved = MapPart(self._blocks, self._level, place, ALONE)
-        self._moved = moved if len(moved) else self  # it has left the map
-        return self._moved
+        there = MapPart(self._blocks, self._level, place, ALONE)
+        if len(there) == 0:  # it has left the map
+            return self
+        self._moved = there
+        return there
 
     def reduced(self, voxel_size: float) -> Cloud:
         """Return the map's voxels in reach, farther than its own; itself, where it is of them."""
@@ -86,35 +91,60 @@ class MapPart(Cloud):
         return MapPart(self._blocks, level, self._place._replace(reach=reach), ALONE)
 
     def _gathered(self, workers: Workers) -> tuple[Points, Weights]:
+        """Return the points in reach and their weights; remember which rows of blocks they are."""
         level, reach, origin = self._level, self._place.reach, self._place.origin
         indices, masks = reach.by_block()
         found = in_threads(workers, lambda index: self._blocks.points(level, index), indices)
-        points, weights = [np.empty((0, 3))], [np.empty((0, 7))]
+        n = 0
         for index, cubes, block in zip(indices, masks, found, strict=True):
             rows = rows_in_reach(block.points, level.edge, reach.per_edge, cubes)
             if len(rows):
-                self._rows.append((index, rows))
-                points.append(block.points.take(rows, axis=0) + (level.corner(index) - origin))
-                if level.voxel_size is not None:
-                    weights.append(block.weights.take(rows, axis=0))
-        measured = level.voxel_size is None
-        return np.concatenate(points), AS_MEASURED if measured else np.concatenate(weights)
+                self._rows.append(_Rows(index, rows, n, block))
+                n += len(rows)
+        points = np.empty((n, 3))
+        weights = AS_MEASURED if level.voxel_size is None else np.empty((n, 7))
+        for each in self._rows:
+            to = np.arange(each.begin, each.begin + len(each.rows), dtype=np.int32)
+            put_rows(each.block.points, each.rows, points, to)
+            points[each.begin : each.begin + len(to)] += level.corner(each.of) - origin
+            if level.voxel_size is not None:
+                put_rows(each.block.weights, each.rows, weights, to)
+        return points, weights
 
     def ready_neighbourhoods(self, radius: float, workers: Workers) -> Neighbourhoods:
         """Return the `Neighbourhoods` at a radius, of the moments that the blocks have."""
         cells = self.in_cells(radius)
         self._blocks.asked_for(self._level, radius)
+        place = np.empty(len(cells.order), np.int32)  # of each point in the order of the cells
+        place[cells.order] = np.arange(len(place), dtype=np.int32)
+        unit = np.empty((len(place), 10))
+        own = np.empty_like(unit) if self.is_reduced else unit
 
-        def moments(of_block: tuple[Index, Indices]) -> BlockMoments:
-            """Return the moments of those of a block's balls that are in reach."""
-            index, rows = of_block
-            unit, own = self._blocks.moments(self._level, radius, index)
-            some = unit.take(rows, axis=0)
-            return BlockMoments(some, some if own is unit else own.take(rows, axis=0))
+        def put(each: _Rows) -> None:
+            """Put the moments of those of a block's balls that are in reach where they belong."""
+            of_block = self._blocks.moments(self._level, radius, each.of)
+            to = place[each.begin : each.begin + len(each.rows)]
+            put_rows(of_block.unit, each.rows, unit, to)
+            if self.is_reduced:
+                put_rows(of_block.own, each.rows, own, to)
 
-        found = in_threads(workers, moments, self._rows)
-        unit = np.concatenate([each.unit for each in found]).take(cells.order, axis=0)
-        if not self.is_reduced:
-            return Neighbourhoods(*cells, unit, unit)
-        own = np.concatenate([each.own for each in found]).take(cells.order, axis=0)
+        in_threads(workers, put, self._rows)
         return Neighbourhoods(*cells, unit, own)
+
+
+class _Rows(NamedTuple):
+    """Which of a block's points are in reach."""
+
+    of: Index
+    rows: Indices  # of the block's
+    begin: int  # where they begin in the part
+    block: BlockPoints
+
+
+@kernel
+def put_rows(array: Floats, rows: Indices, out: Floats, to: Indices) -> None:
+    """Fill out[to[i]] with array[rows[i]], arrays (N, k) and (M, k)."""
+    for i in range(rows.shape[0]):
+        a, b = array[rows[i]], out[to[i]]
+        for c in range(array.shape[1]):
+            b[c] = a[c]

@@ -11,7 +11,7 @@ from idem_ros.core.arrays import Indices, Integers, Mask, Points
 from idem_ros.core.jit import kernel
 from idem_ros.core.maps.map_blocks import Index
 
-CUBES_PER_EDGE = 8  # of a block; twice as large for the wider reach of coarse stages
+CUBES_PER_EDGE = 16  # of a block; half as many for the wider reach of coarse stages
 BITS = 20  # of a cube's place along an axis, from the middle of the scan: 1e6 cubes
 
 
@@ -24,27 +24,30 @@ class Reach(NamedTuple):
     core: Integers  # (n,): codes of the cubes that hold points of the scan
     codes: Integers  # (m,): of these and of those around them, rising
 
+    rings: int  # of cubes beyond them
+
     @classmethod
-    def around(cls, points: Points, edge: float) -> Reach:
-        """Return the cubes that hold points (N, 3), and those that touch them."""
+    def around(cls, points: Points, edge: float, distance: float) -> Reach:
+        """Return the cubes that lie within a distance of points (N, 3), and some farther out."""
         cubes = np.floor(points * (CUBES_PER_EDGE / edge)).astype(np.int64)
         middle = np.sort(cubes, axis=0)[len(cubes) // 2]
         zero = middle // CUBES_PER_EDGE * CUBES_PER_EDGE
         core = np.unique(_coded(cubes - zero))
-        return cls(edge, CUBES_PER_EDGE, zero, core, _widened(core, 1))
+        rings = _rings(distance, edge / CUBES_PER_EDGE)
+        return cls(edge, CUBES_PER_EDGE, zero, core, _widened(core, rings), rings)
 
     @property
-    def cube(self) -> float:
-        """The edge of a cube: how far beyond the scan's points all is in reach."""
-        return self.edge / self.per_edge
+    def distance(self) -> float:
+        """How far beyond the scan's points all is in reach."""
+        return self.rings * self.edge / self.per_edge
 
     def wider(self, distance: float) -> Reach:
         """Return larger cubes that reach a distance beyond the scan's points."""
         cubes = (_decoded(self.core) + self.zero) // 2
         zero, per_edge = self.zero // 2, self.per_edge // 2
         core = np.unique(_coded(cubes - zero))
-        rings = max(math.ceil(distance / (self.edge / per_edge)), 1)
-        return Reach(self.edge, per_edge, zero, core, _widened(core, rings))
+        rings = _rings(distance, self.edge / per_edge)
+        return Reach(self.edge, per_edge, zero, core, _widened(core, rings), rings)
 
     def by_block(self) -> tuple[list[Index], Mask]:
         """Return the blocks that cubes lie in, z slowest, and which cubes of each, x fastest."""
@@ -57,6 +60,10 @@ class Reach(NamedTuple):
         masks = np.zeros((np.count_nonzero(is_next), self.per_edge**3), bool)
         masks[np.cumsum(is_next) - 1, (z * self.per_edge + y) * self.per_edge + x] = True
         return [(i, j, k) for i, j, k in blocks[is_next].tolist()], masks
+
+
+def _rings(distance: float, cube: float) -> int:
+    return max(math.ceil(distance / cube), 1)
 
 
 def _coded(cubes: Integers) -> Integers:

@@ -73,6 +73,13 @@ class Balls:
             self._pairs = candidate_pairs(*grids, T_target_source, reach, self.workers)
         return self._pairs
 
+    def near(self, T_target_source: Transform) -> tuple[Indices, Indices]:
+        """Return which centres of the target, and of the source, have candidates near T."""
+        pairs = self.pairs(T_target_source)
+        return np.flatnonzero(np.diff(pairs.of_target.first)), np.flatnonzero(
+            np.diff(pairs.of_source.first)
+        )
+
     def sides(self, T_target_source: Transform, pairs: CandidatePairs | None = None) -> Sides:
         """Return (centres, members) with the target's points as centres, and with the source's.
 
@@ -115,24 +122,29 @@ class Balls:
 
         In the order of the cloud's points, each counting once; lengths are over the scale.
         """
-        T = np.asarray(T_target_source)[None]
+        T, near = np.asarray(T_target_source)[None], self.near(T_target_source)
         return (
-            self._agreement(self.target, self.source, T, scale),
-            self._agreement(self.source, self.target, se3.inverses(T), scale),
+            self._agreement(self.target, self.source, T, near[0], scale),
+            self._agreement(self.source, self.target, se3.inverses(T), near[1], scale),
         )
 
     def _agreement(
-        self, centres: Neighbourhoods, others: Neighbourhoods, transforms: Transforms, scale: float
+        self,
+        centres: Neighbourhoods,
+        others: Neighbourhoods,
+        transforms: Transforms,
+        near: Indices,
+        scale: float,
     ) -> Floats:
-        found = np.empty((2, len(centres.order)))
+        found = np.zeros((2, len(centres.order)))  # where the other has no point, q_i is 0
 
         def fill(begin: int, end: int) -> None:
-            """Fill a block of the centres."""
-            some = np.arange(begin, end)
+            """Fill a block of the centres near the other cloud."""
+            some = near[begin:end]
             each = differences_at_each(centres, others, transforms, self.radius, scale, some)
-            found[:, centres.order[begin:end]] = np.array(each)[:, :, 0]
+            found[:, centres.order[some]] = np.array(each)[:, :, 0]
 
-        in_blocks(len(centres.order), self.workers, fill)
+        in_blocks(len(near), self.workers, fill)
         return found
 
 

@@ -123,8 +123,8 @@ class Cloud:
         """Whether it is a part of a map, beside which there is more."""
         return False
 
-    def around(self, source: Cloud, T: Transform) -> Cloud:
-        """Return what a source can meet at T, (4, 4) between the clouds' origins: all of it."""
+    def around(self, source: Cloud, T: Transform, radius: float) -> Cloud:
+        """Return what a source can meet within a radius at T, between the origins: all of it."""
         return self
 
     def bounds(self) -> tuple[Point, Point]:

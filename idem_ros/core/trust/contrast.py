@@ -23,9 +23,7 @@ def mean_contrast(balls: Balls, T_target_source: Transform, motions: Twists, sam
         motions: (6, k) twists (omega, v) that move the surfaces by about 1.
         sample: how many of each cloud, about.
     """
-    pairs = balls.pairs(T_target_source)
-    near = [np.flatnonzero(np.diff(side.first)) for side in (pairs.of_target, pairs.of_source)]
-    chosen = [_sampled(some, sample) for some in near]
+    chosen = [_sampled(some, sample) for some in balls.near(T_target_source)]
     places = _around(T_target_source, balls.radius * motions)
     q, within = _sums_in_reach(balls, places, chosen)
     return float((q[1:] - q[0]).mean() / within[0]) if within[0] else 0.0
@@ -59,7 +57,7 @@ def sums_at_each(
 
     Of a sample of the points in reach at the first; one out of reach at another counts 0 there.
     """
-    chosen = [_sampled(np.arange(len(cloud.order)), sample) for cloud in balls.clouds]
+    chosen = [_sampled(some, sample) for some in balls.near(transforms[0])]
     return _sums_in_reach(balls, transforms, chosen)
 
 
