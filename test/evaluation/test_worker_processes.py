@@ -3,7 +3,7 @@ from multiprocessing import active_children
 from pathlib import Path
 
 import pytest
-from deadly import NO_TOPICS, Deadly, tasks_of
+from deadly import NO_TOPICS, Beside, Deadly, tasks_of
 
 from idem_ros.evaluation import worker_processes
 from idem_ros.evaluation.one_recording import Task
@@ -39,6 +39,14 @@ def test_a_recording_whose_worker_is_killed_is_done_again_and_nothing_is_lost(ba
     assert [outcome.reason for _, outcome in outcomes] == [''] * 4
     assert len(list(Path(marks).iterdir())) == 2
     assert active_children() == []
+
+
+def test_what_is_under_way_beside_a_worker_that_is_killed_is_not_done_again(bags, marks, tmp_path):
+    begun = tmp_path / 'begun'
+    begun.mkdir()
+    tasks = [Beside(bags[0], str(begun), marks), Deadly(bags[1], marks, times=1)]
+    assert [outcome.reason for _, outcome in in_processes(tasks, 2)] == ['', '']
+    assert len(list(begun.iterdir())) == 1
 
 
 def test_a_recording_that_kills_every_worker_is_named_and_no_other(bags, marks):

@@ -4,6 +4,7 @@ import os
 import signal
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 
 from idem_ros.evaluation.one_recording import Task
 from idem_ros.replay.settings import Settings
@@ -28,6 +29,27 @@ class Deadly:
         if before < self.times:
             (marks / str(before)).touch()
             os.kill(os.getpid(), signal.SIGKILL)
+        return NO_TOPICS
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A task that goes on once another has ended its worker, and notes each time it begins."""
+
+    path: str
+    begun: str
+    marks: str
+    settings: Settings = Settings()
+    done: frozenset = frozenset()
+
+    @property
+    def topics(self):
+        (Path(self.begun) / str(os.getpid())).touch()
+        tick = Event()
+        for _ in range(600):
+            if any(Path(self.marks).iterdir()):
+                break
+            tick.wait(0.1)
         return NO_TOPICS
 
 
