@@ -3,6 +3,7 @@
 import numpy as np
 
 from idem_ros.results.result_file import COUNTS
+from idem_ros.results.summary import percentiles
 from idem_ros.terminal.markdown import number, table
 from idem_ros.terminal.printable import printable
 
@@ -106,15 +107,7 @@ def _counted(counts, numbers):
     return {
         **counts,
         'with_truth': int(np.isfinite(numbers['translation_error_m']).sum()),
-        **{name: _percentiles(values, PERCENTILES[name]) for name, values in numbers.items()},
-    }
-
-
-def _percentiles(values, percentiles):
-    known = values[np.isfinite(values)]
-    return {
-        name: float(np.percentile(known, percent)) if len(known) else None
-        for name, percent in percentiles.items()
+        **{name: percentiles(values, **PERCENTILES[name]) for name, values in numbers.items()},
     }
 
 

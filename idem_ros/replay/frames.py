@@ -9,16 +9,8 @@ from numpy.typing import NDArray
 from idem_ros.pairing.pair import Refusal
 from idem_ros.recording.topics import Topics
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.pose_error import PoseError, pose_error
 from idem_ros.replay.settings import IDEM
-
-
-@dataclass(frozen=True)
-class PoseError:
-    """How far a pose is from the truth."""
-
-    translation_m: float
-    rotation_deg: float
 
 
 @dataclass(frozen=True)
@@ -31,20 +23,13 @@ class Frame:
     truth: NDArray | None
     """(4, 4), source in target frame; None where the recording has none for this source."""
 
-    def error_before(self):
+    def error_before(self) -> PoseError | None:
         """Return the `PoseError` of the guess, or None without truth."""
-        return self._error_of(self.refinement.T_guess)
+        return pose_error(self.refinement.T_guess, self.truth)
 
-    def error_after(self):
+    def error_after(self) -> PoseError | None:
         """Return the `PoseError` of the result, or None without truth."""
-        return self._error_of(self.refinement.result.T_target_source)
-
-    def _error_of(self, transform):
-        if self.truth is None:
-            return None
-        return PoseError(
-            translation_error_m(transform, self.truth), rotation_error_deg(transform, self.truth)
-        )
+        return pose_error(self.refinement.result.T_target_source, self.truth)
 
 
 class Frames(Records):

@@ -1,7 +1,24 @@
 """How far a pose is from the truth: an angle and a distance."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """How far a pose is from the truth."""
+
+    translation_m: float
+    rotation_deg: float
+
+
+def pose_error(transform, truth):
+    """Return the `PoseError` of a (4, 4) transform; None where the truth is None."""
+    if truth is None:
+        return None
+    return PoseError(translation_error_m(transform, truth), rotation_error_deg(transform, truth))
 
 
 def rotation_error_deg(transform, truth):

@@ -61,11 +61,11 @@ def _summed_up(replayed, tally):
         'unpaired': replayed.unpaired,
         'interrupted': replayed.interrupted,
         **{name: replayed.lost.get(name, 0) for name in LOSSES},
-        'time_ms': _percentiles(tally.numbers['time_ms'], median=50, p95=95),
+        'time_ms': percentiles(tally.numbers['time_ms'], median=50, p95=95),
         'voxel_sizes': dict(tally.voxel_sizes.most_common()),
         **{
             name: {
-                when: _percentiles(tally.numbers[each], median=50, p90=90)
+                when: percentiles(tally.numbers[each], median=50, p90=90)
                 for when, each in (('before', f'{name}_before'), ('after', name))
             }
             for name in BEFORE_AND_AFTER
@@ -205,12 +205,13 @@ def _tally_of(frames):
     return tally
 
 
-def _percentiles(values, **percentiles):
+def percentiles(values, **percents):
+    """Return {name: percentile} of what of (N,) numbers is finite; None where none is."""
     values = np.asarray(values)
     known = values[np.isfinite(values)]
     return {
         name: float(np.percentile(known, percent)) if len(known) else None
-        for name, percent in percentiles.items()
+        for name, percent in percents.items()
     }
 
 
