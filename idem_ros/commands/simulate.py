@@ -5,6 +5,7 @@ import math
 from idem_ros.commands.exit_codes import OK, UsageError
 
 SCANS, MAP_POINTS, SEED = 21, 80_000, 0
+EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town
 SCENES = ('street', 'room', 'forest', 'tunnel')
 TURN_RATE_DEG, SWEEP_S = 0.0, 0.1
 FASTEST, FASTEST_TURN_DEG, LONGEST_SWEEP = 100.0, 720.0, 1.0
@@ -19,9 +20,20 @@ def add_parser(subparsers):
         '/target, scans on /source, guesses that are 1.5 deg and 0.3 m off on /initial_guess, '
         'and the exact poses on /ground_truth. The defaults make bags/demo.mcap, whose scans are '
         'each taken from one pose. With --speed the sensor drives while it scans: each point has '
-        'its time, in the field "time", and the guesses are an odometry of 5 % error.',
+        'its time, in the field "time", and the guesses are an odometry of 5 % error. With '
+        '--map city it is a town of kilometres, and --out a new folder: the map in tiles as map/, '
+        'a drive at 15 m/s and 10 Hz as drive.mcap.',
     )
-    parser.add_argument('--out', metavar='FILE.mcap', required=True, help='recording to write')
+    parser.add_argument(
+        '--out', metavar='FILE.mcap', required=True, help='recording, or folder, to write'
+    )
+    parser.add_argument('--map', choices=('city',), help='a map on disk, written piece by piece')
+    parser.add_argument(
+        '--extent',
+        type=float,
+        metavar='M',
+        help=f'with --map, the length of its sides (default: {EXTENT:g})',
+    )
     parser.add_argument('--seed', type=int, default=SEED, help='(default: %(default)s)')
     parser.add_argument('--scans', type=int, default=SCANS, help='(default: %(default)s)')
     parser.add_argument(
@@ -50,12 +62,16 @@ def run(args):
     from idem_ros.recording.writer import write_mcap
     from idem_ros.simulation.recording import drive_messages, moving_messages
 
-    if not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
     if args.seed < 0 or args.scans < 2:
         raise UsageError(
             f'--seed is {args.seed} and --scans {args.scans}; they must be from 0 and from 2'
         )
+    if args.map:
+        return _city(args)
+    if args.extent is not None:
+        raise UsageError('--extent is of a map: give --map city, too')
+    if not args.out.endswith('.mcap'):
+        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
     motion = _motion(args)
     require_writable(args.out)
     rng = np.random.default_rng(args.seed)
@@ -66,6 +82,25 @@ def run(args):
         messages = moving_messages(scene, motion, args.scans, MAP_POINTS, rng)
     write_mcap(args.out, messages)
     print(f'{args.out}: {args.scans} scans against a map of {MAP_POINTS} points')
+    return OK
+
+
+def _city(args):
+    """Write a town as a map in tiles and a drive."""
+    from tqdm import tqdm
+
+    from idem_ros.files.atomic_folder import filling
+    from idem_ros.simulation.city import write_city
+
+    if args.scene != SCENES[0] or args.speed is not None:
+        raise UsageError('--map city is a town of its own, driven at 15 m/s: leave out the rest')
+    extent = EXTENT if args.extent is None else args.extent
+    if not 0.0 < extent <= LARGEST_EXTENT:
+        raise UsageError(f'--extent is {extent:g}; it must be up to {LARGEST_EXTENT:g}')
+    with filling(args.out) as folder:
+        bar = {'unit': 'street', 'leave': False, 'disable': None}
+        points = write_city(folder, extent, args.scans, args.seed, lambda each: tqdm(each, **bar))
+    print(f'{args.out}: {args.scans} scans, drive.mcap, in a town of {points} points, map')
     return OK
 
 

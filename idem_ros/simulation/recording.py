@@ -41,14 +41,27 @@ def drive_messages(scene, scans, map_points, rng):
         rng: np.random.Generator.
     """
     target = map_of(scene, scans, map_points, rng)
-    yield '/target', START, cloud_message(_rounded(target), START, 'map')
-    for i, T_map_lidar in enumerate(drive(scene, scans, rng)):
+    yield '/target', START, cloud_message(rounded(target), START, 'map')
+    yield from scan_messages(
+        drive(scene, scans, rng), lambda pose: scan(scene, pose, SCANNER, rng), rng
+    )
+
+
+def scan_messages(poses, scan_at, rng):
+    """Yield (topic, log time [ns], message) of a scan, a guess and the truth at each pose.
+
+    Args:
+        poses: (N, 4, 4) T_map_lidar.
+        scan_at: gives the points that the sensor sees at a pose, in its frame.
+        rng: np.random.Generator, of the guesses.
+    """
+    for i, T_map_lidar in enumerate(poses):
         stamp = START + (i + 1) * STEP
-        points = _rounded(scan(scene, T_map_lidar, SCANNER, rng))
+        points = rounded(scan_at(T_map_lidar))
         guess = perturbed(T_map_lidar, GUESS_ROTATION_DEG, GUESS_TRANSLATION_M, rng)
         yield '/source', stamp, cloud_message(points, stamp, 'lidar')
-        yield _posed('/initial_guess', stamp, GUESS_DELAY, guess)
-        yield _posed('/ground_truth', stamp, TRUTH_DELAY, T_map_lidar)
+        yield posed('/initial_guess', stamp, GUESS_DELAY, guess)
+        yield posed('/ground_truth', stamp, TRUTH_DELAY, T_map_lidar)
 
 
 def moving_messages(scene, motion, scans, map_points, rng):
@@ -67,7 +80,7 @@ def moving_messages(scene, motion, scans, map_points, rng):
         rng: np.random.Generator.
     """
     target = map_of(scene, MAPPED_STOPS, map_points, rng)
-    yield '/target', START, cloud_message(_rounded(target), START, 'map')
+    yield '/target', START, cloud_message(rounded(target), START, 'map')
     poses, twists = moving_drive(scene, scans, rng, *motion)
     guess = perturbed(poses[0], GUESS_ROTATION_DEG, GUESS_TRANSLATION_M, rng)
     takes = round(1e9 * motion.sweep_s)
@@ -75,17 +88,18 @@ def moving_messages(scene, motion, scans, map_points, rng):
         stamp = START + takes * (i + 1)
         seen, times = moving_scan(scene, pose, twist, motion.sweep_s, SCANNER, rng)
         columns = {'time': times.astype(np.float32)}
-        yield '/source', stamp, cloud_message(_rounded(seen), stamp, 'lidar', columns=columns)
-        yield _posed('/initial_guess', stamp, GUESS_DELAY, guess)
-        yield _posed('/ground_truth', stamp, TRUTH_DELAY, pose)
+        yield '/source', stamp, cloud_message(rounded(seen), stamp, 'lidar', columns=columns)
+        yield posed('/initial_guess', stamp, GUESS_DELAY, guess)
+        yield posed('/ground_truth', stamp, TRUTH_DELAY, pose)
         told = motion.sweep_s * twist * (1.0 + ODOMETRY_ERROR * rng.normal(size=6))
         guess = guess @ se3.exp(told[[3, 4, 5, 0, 1, 2]])
     stamp = START + takes * (scans + 1)
-    yield _posed('/initial_guess', stamp, GUESS_DELAY, guess)
-    yield _posed('/ground_truth', stamp, TRUTH_DELAY, poses[-1])
+    yield posed('/initial_guess', stamp, GUESS_DELAY, guess)
+    yield posed('/ground_truth', stamp, TRUTH_DELAY, poses[-1])
 
 
-def _posed(topic, stamp, delay, pose):
+def posed(topic, stamp, delay, pose):
+    """Return (topic, log time [ns], message) of a pose of the sensor at a stamp."""
     message = transform_message(pose, stamp, 'map', 'lidar', POSE_DECIMALS)
     return topic, stamp + delay, message
 
@@ -115,5 +129,6 @@ def _evenly(points, count, rng):
     return np.sort(chosen[:count])
 
 
-def _rounded(points):
+def rounded(points):
+    """Return points as they are recorded: alike on every machine."""
     return np.round(points / RESOLUTION) * RESOLUTION
