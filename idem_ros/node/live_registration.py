@@ -30,6 +30,7 @@ from idem_ros.refinement.diagnostics import WARN
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.refiner import Refiner
+from idem_ros.refinement.sweep_motion import BETWEEN_GUESSES
 
 
 class LiveRegistration:
@@ -200,6 +201,8 @@ class LiveRegistration:
     def _configure(self, configs: dict[type, Any]) -> None:
         kinds = RegistrationConfig, PreprocessingConfig, PointTimeConfig
         self.refining.refiner.configure(*(configs[kind] for kind in kinds))
+        waits = configs[RegistrationConfig].motion in BETWEEN_GUESSES
+        self.inputs.pairing.sweeps.configure(configs[PointTimeConfig] if waits else None)
         self.inputs.configure(configs[PairingConfig], configs[GuessConfig])
         self._capsules.configure(configs)
         if self._publishing:

@@ -59,6 +59,18 @@ def frame_contradiction(name, frames, cloud_frames):
     return ''
 
 
+def require_frames(guess, target, source):
+    """Refuse a `Guess` whose frames contradict those of its clouds.
+
+    Raises:
+        IdemError: it says which.
+    """
+    of_clouds = target.header.frame_id, source.header.frame_id
+    reason = frame_contradiction('guess', (guess.target_frame, guess.source_frame), of_clouds)
+    if reason:
+        raise IdemError(reason)
+
+
 def named(role, find, *given):
     """Find one of the inputs; let its error say which it is."""
     try:

@@ -9,8 +9,9 @@ from idem_ros.pairing.guess_sources import guesses_of, rates_near
 from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
 from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.map_target import MapTarget
-from idem_ros.pairing.pair import Pair, Refusal, comes, frame_contradiction, named
+from idem_ros.pairing.pair import Pair, Refusal, comes, named, require_frames
 from idem_ros.pairing.stamped_poses import StampedPoses
+from idem_ros.pairing.sweep_ends import SweepEnds
 from idem_ros.pairing.targets import PairingConfig, Targets
 from idem_ros.pairing.turn_rates import KEPT
 
@@ -34,6 +35,7 @@ class Pairing:
             was set back behind. Targets and guesses that fall out have been superseded.
         refused: sources that have no usable guess or target, or frames that contradict it.
         refused_targets: targets that cannot be used, or contradict the frames of the guess.
+        sweeps: `SweepEnds`, which sources wait for.
     """
 
     def __init__(self, config=None, guess_config=None, map_config=None):
@@ -44,6 +46,7 @@ class Pairing:
         self._map_config = map_config or MapConfig()
         self._targets = Targets(self._map_config)
         self._rates = StampedPoses(KEPT)
+        self.sweeps = SweepEnds()
         self._sources = deque()
         self._order = StampOrder()
         self._why = ''
@@ -78,7 +81,7 @@ class Pairing:
 
     def add_target(self, message):
         """Keep a target cloud that can be used; return the pairs it completes."""
-        return self._complete() if self._keep_target(self._targets.add, message) else []
+        return self.complete() if self._keep_target(self._targets.add, message) else []
 
     def has_target(self):
         """Return whether there is a target that can be used, as far as is known."""
@@ -91,7 +94,7 @@ class Pairing:
     def add_map(self, map_):
         """Keep a `MapSource` as the target in `target_frame`; return the pairs it completes."""
         self._targets.add_map(MapTarget.of(map_, self._map_config.target_frame))
-        return self._complete()
+        return self.complete()
 
     def add_source(self, message):
         """Keep a source cloud; return the pairs it completes."""
@@ -99,7 +102,7 @@ class Pairing:
         if self._order.goes_back('source', stamp):
             self._forget_after(stamp)
         self._sources.append(message)
-        pairs = self._complete()
+        pairs = self.complete()
         if len(self._sources) > SOURCES_KEPT:
             self._sources.popleft()
             self.dropped += 1
@@ -113,7 +116,7 @@ class Pairing:
         """
         pairs = self.add_source(message)
         self._keep_target(self._targets.add_source, message)
-        return pairs + self._complete()
+        return pairs + self.complete()
 
     def add_guess(self, message):
         """Keep an initial guess, or a TFMessage of /tf; return the pairs it completes."""
@@ -121,7 +124,7 @@ class Pairing:
             if self._order.goes_back(stream, stamp):
                 self._forget_after(stamp)
         self._keep_guess(self._guesses.add, message)
-        return self._complete()
+        return self.complete()
 
     def add_imu(self, message):
         """Keep a message of an IMU for the sources to come; return no pairs."""
@@ -140,7 +143,7 @@ class Pairing:
     def add_static_transforms(self, message):
         """Keep a TFMessage of /tf_static; return the pairs it completes."""
         self._keep_guess(self._guesses.add_static, message)
-        return self._complete()
+        return self.complete()
 
     def without_target(self, pair, error):
         """Return the pair of the same source with another target: its own turned out unusable.
@@ -207,7 +210,8 @@ class Pairing:
         """Say why the newest of the waiting sources waits; empty where none does."""
         return self._why
 
-    def _complete(self):
+    def complete(self):
+        """Return the pairs that can be made of what has come."""
         pairs, waiting, self._why = [], deque(), ''
         newest = self._sources[-1] if self._sources else None
         for source in self._sources:
@@ -245,13 +249,9 @@ class Pairing:
 
     def _pair_with(self, target, source):
         guess = named('initial guess', self._guess_of, source, target)
-        reason = frame_contradiction(
-            'guess',
-            (guess.target_frame, guess.source_frame),
-            (target.header.frame_id, source.header.frame_id),
-        )
-        if reason:
-            raise IdemError(reason)
+        require_frames(guess, target, source)
+        if self._sources and source is self._sources[-1]:
+            named('initial guess', self.sweeps.require, source, guess)
         rates = rates_near(source, self._rates, self._guesses, self._guess_config)
         return Pair(target, source, guess, self.jumps, rates)
 

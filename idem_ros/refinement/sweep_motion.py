@@ -13,6 +13,7 @@ from idem_ros.pairing.pair import Pair
 from idem_ros.pairing.turn_rates import UnusableRates
 from idem_ros.refinement.track import Track, twist_of
 
+BETWEEN_GUESSES = 'guess', 'solve'  # motions that the guesses around a sweep tell
 SCANS_KEPT = 8
 LONGEST_STEP = 1_000_000_000  # [ns] from one result, or scan, to the next that tell a motion
 

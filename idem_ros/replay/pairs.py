@@ -14,6 +14,7 @@ from idem_ros.pairing.pairing import Pairing
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.topics import FROM_A_FILE, TopicNotFound, find_topics
 from idem_ros.refinement.refiner import Refiner
+from idem_ros.refinement.sweep_motion import BETWEEN_GUESSES
 from idem_ros.replay.peers import method_of
 from idem_ros.replay.spool import Spool
 
@@ -52,6 +53,8 @@ class Pairs:
             named['target'] = FROM_A_FILE
         self.topics = find_topics(recording, guess_type=settings.guess.type, **named)
         self._pairing = Pairing(settings.pairing, settings.guess, settings.map)
+        if settings.config.motion in BETWEEN_GUESSES:
+            self._pairing.sweeps.configure(settings.point_times)
         if file:
             self._pairing.add_map(open_map(file))
         self._guesses = guesses or {}
@@ -84,7 +87,15 @@ class Pairs:
 
     def completed_by(self, topic, message):
         """Yield the pairs that a message of a topic completes."""
-        for pair in self._inputs[topic](message):
+        yield from self._noted(self._inputs[topic](message))
+
+    def rest(self):
+        """Yield the pairs that waited for guesses at the end of a sweep: none will come."""
+        self._pairing.sweeps.configure(None)
+        yield from self._noted(self._pairing.complete())
+
+    def _noted(self, pairs):
+        for pair in pairs:
             self.awaited.append(pair.stamp)
             self._timeless += pair.guess.is_timeless
             yield self._from_given(pair)

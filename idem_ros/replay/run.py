@@ -126,10 +126,13 @@ class _Pass:
         """Take every message; return whether somebody interrupted it."""
         try:
             with held_back() as interrupted:
+                log_time = 0
                 for topic, log_time, message in messages:
                     if interrupted() or self._is_complete(log_time):
                         break
                     self._take(topic, log_time, message)
+                if not interrupted():
+                    self._refine(self.pairing.rest(), log_time)
                 return interrupted()
         except KeyboardInterrupt:
             return True
@@ -146,11 +149,14 @@ class _Pass:
         elif topic == topics.source and not self.selection.takes(log_time):
             self.pairing.leave_out(message)
         else:
-            for item in self.pairing.completed_by(topic, message):
-                # all of them first: after an interruption each lane has the same
-                outcomes = [lane.outcome(item) for lane in self.lanes]
-                for lane, outcome in zip(self.lanes, outcomes, strict=True):
-                    lane.keep(log_time, outcome)
+            self._refine(self.pairing.completed_by(topic, message), log_time)
+
+    def _refine(self, items, log_time):
+        for item in items:
+            # all of them first: after an interruption each lane has the same
+            outcomes = [lane.outcome(item) for lane in self.lanes]
+            for lane, outcome in zip(self.lanes, outcomes, strict=True):
+                lane.keep(log_time, outcome)
 
     def finished(self, recording, interrupted):
         """Return the [`Replay`] of each lane."""

@@ -125,6 +125,10 @@ class Scans:
         self._last = stamp
         yield scan
 
+    def rest(self):
+        """Return the scans that waited for something: none did."""
+        return ()
+
     def in_one_frame(self, truths):
         """Return `Truths` of all scans in one frame, be they of each in the one before."""
         if not (self._is_chained and self._first):

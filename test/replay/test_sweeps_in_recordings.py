@@ -32,7 +32,7 @@ CONFIG = RegistrationConfig(voxel_size=0.08)
 COUNT = 5
 
 
-def recorded(path, rng, timed=lambda k: True, count=COUNT, imu=False):
+def recorded(path, rng, timed=lambda k: True, count=COUNT, imu=False, guess_every=None):
     """A map, sweeps of a drive in it, a guess each 20 ms, the truth of each sweep."""
     logged = [('/target', START, map_message(rng))]
     for k in range(1, count + 1):
@@ -40,8 +40,8 @@ def recorded(path, rng, timed=lambda k: True, count=COUNT, imu=False):
         sweep = sweep_message(rng, driven, stamp, timed=timed(k))
         truth = transform_message(driven((stamp - START) / 1e9), stamp, *FRAMES)
         logged += [('/source', stamp + PERIOD, sweep), ('/ground_truth', stamp, truth)]
-    for k in range((count + 2) * 5):
-        stamp = START + k * PERIOD // 5
+    last = START + (count + (1 if guess_every is None else 0)) * PERIOD
+    for stamp in range(START, last + 1, guess_every or PERIOD // 5):
         pose = driven((stamp - START) / 1e9)
         logged.append(('/initial_guess', stamp, transform_message(pose, stamp, *FRAMES)))
     if imu:
@@ -141,3 +141,12 @@ def test_a_replay_that_undid_a_motion_is_repeated_to_the_bit(tmp_path, rng, caps
     assert main(['replay', str(path), '--json', str(result), *options]) == 0
     assert main(['replay', '--again', str(result)]) == 0
     assert f'{COUNT} of {COUNT} frames agree bit for bit' in capsys.readouterr().out
+
+
+def test_where_each_sweep_has_one_guess_its_motion_is_that_to_the_next(tmp_path, rng):
+    path = recorded(tmp_path / 'drive.mcap', rng, guess_every=PERIOD)
+    (replayed,) = replay_each(path, [Settings(config=replace(CONFIG, motion='guess'))])
+    assert len(replayed.frames) == COUNT
+    for frame in replayed.frames:
+        np.testing.assert_allclose(frame.refinement.result.twist, TWIST, atol=1e-4)
+        assert frame.error_after().translation_m < 0.004
