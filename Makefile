@@ -155,6 +155,7 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks real --markdown docs/bench_real.md
 	$(BIN)/python -m benchmarks ablate --markdown docs/bench_ablate.md
 	$(BIN)/python -m benchmarks trust --markdown docs/bench_trust.md
+	$(BIN)/python -m benchmarks sweeps --markdown docs/bench_sweeps.md
 	$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
 
 # build/lib is removed: setuptools would pack what is no longer in the checkout

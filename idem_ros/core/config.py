@@ -113,6 +113,12 @@ class RegistrationConfig:
         'two usable results have it) or "solve" (found with the pose, from either as a start)',
         choices=MOTIONS,
     )
+    twist_sigma: tuple[float, ...] = _parameter(
+        (0.0, 0.0),
+        'with motion "solve", the standard deviation, of each axis, of the twist that the solve '
+        "starts from, in the clouds' unit and in degrees a second: how far a sensor of constant "
+        'velocity may leave it, or an odometry be off; 0: nothing is known of it',
+    )
     motion_reference: str = _parameter(
         'stamp',
         'the instant of the sweep at which the pose is that of the source frame: "stamp", or the '
@@ -131,14 +137,15 @@ class RegistrationConfig:
         if self.voxel_size not in (None, AUTO):
             _require_within('voxel_size', self.voxel_size, VOXEL_SIZES, words=(AUTO,))
         self._check_schedule()
-        for name in ('audit_tolerance', 'model_error', 'guess_sigma'):
+        for name in ('audit_tolerance', 'model_error', 'guess_sigma', 'twist_sigma'):
             object.__setattr__(self, name, _length_and_angle(name, getattr(self, name)))
         if self.mode == 'audit' and self.assessment == 'none':
             raise InvalidConfig('mode is audit and assessment none: nothing would be said')
-        if any(self.guess_sigma) and self.assessment == 'none':
-            raise InvalidConfig(
-                'guess_sigma is given and assessment none: there is no covariance to weigh it by'
-            )
+        for name in ('guess_sigma', 'twist_sigma'):
+            if any(getattr(self, name)) and self.assessment == 'none':
+                raise InvalidConfig(
+                    f'{name} is given and assessment none: there is no covariance to weigh it by'
+                )
         if self.budget_ms is not None:
             _require_positive('budget_ms', self.budget_ms)
 

@@ -29,7 +29,13 @@ from idem_ros.core.maps.target import (
 from idem_ros.core.metric.balls import between_origins, from_origins
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.result import RegistrationResult, agreement_at, result_at, weighed_against
+from idem_ros.core.result import (
+    RegistrationResult,
+    agreement_at,
+    result_at,
+    weighed_against,
+    weighed_against_twist,
+)
 from idem_ros.core.solve.descent import Descent, not_begun
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
@@ -191,7 +197,9 @@ def _judged(
     said = judged_in_scope(said, *given, cost.balls, agreement, T)
     if pair.config.assessment == 'swap':
         said = replace(said, swap_gap=_swap_gap(pair, T_guess, T, observability))
-    return weighed_against(guess, replace(result, assessment=said), pair, T)
+    result = replace(result, assessment=said)
+    result, T = weighed_against_twist(descent.sweep, result, pair, T)
+    return weighed_against(guess, result, pair, T)
 
 
 def _swap_gap(pair: Pair, T_guess: Transform, T: Transform, observability: Observability) -> float:

@@ -19,6 +19,7 @@ from idem_ros.core.trust.assessment import Agreement
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import ROS_ORDER
 from idem_ros.core.trust.prior import Guess, beyond_guess, weighed
+from idem_ros.core.trust.twist_prior import weighed_twist
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 
 
@@ -172,3 +173,35 @@ def weighed_against(
         said = beyond_guess(said, found.distance)
     T = from_origins(pair.target, pair.source, found.transform)
     return replace(result, T_target_source=T, assessment=said)
+
+
+def weighed_against_twist(
+    sweep: Sweep | None, result: RegistrationResult, pair: Pair, T: Transform
+) -> tuple[RegistrationResult, Transform]:
+    """Return a result and its pose weighed against the twist that its solve started from.
+
+    As they are, where nothing was known of it, or where the result cannot be used.
+
+    Args:
+        sweep: the `Sweep` that was found.
+        result: `RegistrationResult` with an assessment.
+        pair: the `Pair`.
+        T: (4, 4) its pose, between the clouds' origins.
+    """
+    said, sigma = result.assessment, pair.config.twist_sigma
+    if said is None or said.sweep_covariance is None or not (any(sigma) and result.is_usable):
+        return result, T
+    if sweep is None or sweep.given is None or result.twist is None:
+        return result, T
+    position = T[:3, 3] - T[:3, :3] @ pair.source.origin
+    both = said.sweep_covariance
+    found = weighed_twist(T, result.twist, both, sweep.given, sigma, position)
+    if not found.is_believed:
+        far = f'the twist is {found.distance:.2g} deviations from the one given'
+        said = replace(said, reason=f'{said.reason}; {far}, which is not weighed')
+        return replace(result, assessment=said), T
+    less = said.covariance + (found.covariance - both)[:6, :6]
+    said = replace(said, covariance=less, sweep_covariance=found.covariance)
+    T = found.transform
+    at = from_origins(pair.target, pair.source, T)
+    return replace(result, T_target_source=at, twist=found.twist, assessment=said), T

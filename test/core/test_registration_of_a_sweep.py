@@ -212,3 +212,22 @@ def test_a_budget_that_is_spent_ends_a_solve_of_motion_too(sweep):
     target, points, times, truth = sweep
     config = RegistrationConfig(voxel_size=0.08, motion='solve', budget_ms=1e-3)
     assert register(target, Cloud(points, times), truth, config).status is Status.LATE
+
+
+def test_a_twist_whose_error_is_known_is_weighed_against_the_clouds(sweep, rng):
+    target, points, times, truth = sweep
+    start, given = truth @ motion(rng, 2, 0.03), TWIST + rng.normal(0.0, 0.01, 6)
+    errors, spreads = [], []
+    for sigma in ((0.0, 0.0), (0.01, np.degrees(0.01))):
+        config = RegistrationConfig(voxel_size=0.08, motion='solve', twist_sigma=sigma)
+        result = register(target, Cloud(points, times), start, config, twist=given)
+        errors.append(np.linalg.norm(result.twist - TWIST))
+        spreads.append(np.trace(result.assessment.twist_covariance))
+        assert error_of(result.T_target_source, truth)[0] < 0.5
+    assert errors[1] < errors[0]
+    assert spreads[1] < spreads[0]
+
+
+def test_weights_without_a_covariance_to_weigh_by_are_refused():
+    with pytest.raises(InvalidConfig, match='twist_sigma is given and assessment none'):
+        RegistrationConfig(motion='solve', twist_sigma=(0.1, 1.0), assessment='none')

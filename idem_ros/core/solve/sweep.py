@@ -32,6 +32,7 @@ class Sweep(NamedTuple):
     begin: float = 0.0  # [s] from the stamp: of the first point
     end: float = 0.0
     is_solved: bool = False  # whether the twist is where the solver starts
+    given: Floats | None = None  # (6,) x y z rx ry rz a second: what was known of it
     flaw: str = ''  # why a motion that was asked for is not undone
 
     def undone(self) -> Cloud:
@@ -120,4 +121,5 @@ def sweep_of(source: Cloud, twist: ArrayLike | None, config: RegistrationConfig)
     to_origin = se3.adjoint(se3.translation(-source.origin))
     reference = reference_time(source.times, config.motion_reference)
     begin, end = float(source.times.min()), float(source.times.max())
-    return Sweep(source, to_origin @ known[ROS_ORDER], reference, begin, end, is_solved)
+    given = None if twist is None else known
+    return Sweep(source, to_origin @ known[ROS_ORDER], reference, begin, end, is_solved, given)

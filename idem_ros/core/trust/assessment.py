@@ -21,9 +21,9 @@ from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.contrast import contrast_along
 from idem_ros.core.trust.covariance import by_region, covariance_of, of_model
-from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariances_in_motion
+from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariance_in_motion
 from idem_ros.core.trust.observability import Observability
-from idem_ros.core.trust.pose_twist import pose_covariance, to_pose
+from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance, to_pose
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
@@ -78,7 +78,8 @@ def assess(
     balls, trust = cost.balls, pair.trust
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
-    total, covariance, of_twist = _pull_and_covariances(pair, descent, observability)
+    total, both = _pull_and_covariance(pair, descent, observability)
+    covariance = both[:6, :6]
     seen = _Seen(
         near_discord=_near_discord(balls, agreement, T),
         contrast=_least_contrast(balls, T, observability),
@@ -95,7 +96,7 @@ def assess(
         free=free,
         covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
-        twist_covariance=of_twist,
+        sweep_covariance=sweep_covariance(both, position),
         discord=_discord(agreement),
         step=_step(observability, *total) / balls.radius,
         **seen._replace(overlap=agreement.overlap.share)._asdict(),
@@ -109,22 +110,20 @@ def assess(
     return audited(said, to_pose(position) @ off, held + more, pair.config.audit_tolerance)
 
 
-def _pull_and_covariances(
+def _pull_and_covariance(
     pair: Pair, descent: Descent, observability: Observability
-) -> tuple[Linearization, Matrix6, Matrix6 | None]:
-    """Return gradient and matrix, the pose's covariance and, where it was solved, the twist's."""
+) -> tuple[Linearization, Floats]:
+    """Return gradient and matrix, and the covariance, (6, 6); (12, 12) with a twist solved."""
     cost, T = descent.cost, descent.solution.transform
     assert cost is not None, 'a pose is judged by its cost'
     jumps = pair.trust.jumps if pair.sampling.jumps else 1.0
     if descent.moving is None:
         pulls, stiffness = by_region(cost, T, observability)
         covariance = covariance_of(cost, T, observability, pulls, stiffness)
-        total = Linearization(pulls.sum(axis=0), stiffness.sum(axis=0))
-        return total, jumps * covariance, None
+        return Linearization(pulls.sum(axis=0), stiffness.sum(axis=0)), jumps * covariance
     regions = by_region_in_motion(descent.moving, cost, T, observability)
-    found = covariances_in_motion(regions, descent.moving.sweep, cost, T, observability)
-    of_pose, of_twist = found
-    return of_common_twist(regions), jumps * of_pose, jumps * of_twist
+    both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
+    return of_common_twist(regions), jumps * both
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:

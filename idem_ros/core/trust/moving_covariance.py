@@ -6,7 +6,7 @@ the two, by the times of its points.
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Matrix6, Transform
+from idem_ros.core.arrays import Floats, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
@@ -52,14 +52,14 @@ def by_region_in_motion(
     return of_two_poses(pulls[some], stiffness[some], middles)
 
 
-def covariances_in_motion(
+def covariance_in_motion(
     regions: Linearization,
     sweep: Sweep,
     cost: JointEntropy,
     T: Transform,
     observability: Observability,
-) -> tuple[Matrix6, Matrix6]:
-    """Return the (6, 6) covariances of the pose and of the twist.
+) -> Floats:
+    """Return the (12, 12) covariance of the pose and of the twist.
 
     Of a twist (omega, v) on the left of the pose at the reference, and of the sweep's twist,
     x y z rx ry rz of the source frame, a second.
@@ -69,9 +69,12 @@ def covariances_in_motion(
         sweep: that was found.
         cost, T, observability: as there; what is free is so in both poses.
     """
-    both = _of_two_poses(regions, cost, T, observability)
+    of_poses = _of_two_poses(regions, cost, T, observability)
+    to_frame = se3.adjoint(se3.translation(sweep.measured.origin)) @ se3.adjoint(se3.inverse(T))
+    change = np.kron([-1.0, 1.0], to_frame[ROS_ORDER]) / (sweep.end - sweep.begin)
     share = np.kron([1.0 - sweep.fraction, sweep.fraction], np.eye(6))
-    return share @ both @ share.T, _of_twist(both, sweep, T)
+    both = np.asarray(np.concatenate([share, change]), np.float64)
+    return both @ of_poses @ both.T
 
 
 def _of_two_poses(
@@ -87,10 +90,3 @@ def _of_two_poses(
     scatter = scatter_of(regions.gradient, regions.matrix, held, softer @ held)
     floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
     return scatter + floor + observability.lever_arm**2 * loose @ loose.T
-
-
-def _of_twist(covariance: Floats, sweep: Sweep, T: Transform) -> Matrix6:
-    """Return the (6, 6) covariance of a sweep's twist, x y z rx ry rz of the source frame."""
-    to_frame = se3.adjoint(se3.translation(sweep.measured.origin)) @ se3.adjoint(se3.inverse(T))
-    share = np.kron([-1.0, 1.0], to_frame) / (sweep.end - sweep.begin)
-    return (share @ covariance @ share.T)[np.ix_(ROS_ORDER, ROS_ORDER)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from idem_ros.core.arrays import Matrix6, Point
+from idem_ros.core.arrays import Floats, Matrix6, Point
 from idem_ros.core.geometry import se3
 
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
@@ -23,3 +23,15 @@ def pose_covariance(covariance: Matrix6, position: Point) -> Matrix6:
     moved = to_pose(position)
     of_pose: Matrix6 = moved @ covariance @ moved.T
     return of_pose
+
+
+def sweep_covariance(covariance: Floats, position: Point) -> Floats | None:
+    """Return the (12, 12) covariance of pose and twist of a sweep, given that of `to_pose`'s.
+
+    None of a (6, 6) one: there is no twist.
+    """
+    if len(covariance) == 6:
+        return None
+    moved = np.eye(12)
+    moved[:6, :6] = to_pose(position)
+    return moved @ covariance @ moved.T

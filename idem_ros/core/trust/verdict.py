@@ -5,7 +5,7 @@ from enum import Enum
 
 import numpy as np
 
-from idem_ros.core.arrays import Matrix6
+from idem_ros.core.arrays import Floats, Matrix6
 
 LEAST_PROBABILITY = 0.5  # from which on a pose is taken to be right
 NOTHING_KNOWN = 1e6  # variance, in the clouds' unit squared and rad^2
@@ -48,5 +48,10 @@ class Assessment:
     # how far from it the registration of target to source ends, as the surfaces move, in the
     # clouds' unit; nan: not asked for
     swap_gap: float = np.nan
-    # (6, 6), x y z rx ry rz: of the result's twist; None: it was not solved
-    twist_covariance: Matrix6 | None = None
+    # (12, 12), x y z rx ry rz of the pose and of the result's twist; None: that was not solved
+    sweep_covariance: Floats | None = None
+
+    @property
+    def twist_covariance(self) -> Matrix6 | None:
+        """The (6, 6) covariance of the result's twist; None: it was not solved."""
+        return None if self.sweep_covariance is None else self.sweep_covariance[6:, 6:]
