@@ -250,8 +250,7 @@ class Pairing:
     def _pair_with(self, target, source):
         guess = named('initial guess', self._guess_of, source, target)
         require_frames(guess, target, source)
-        if self._sources and source is self._sources[-1]:
-            named('initial guess', self.sweeps.require, source, guess)
+        named('initial guess', self.sweeps.require, source, guess, self._sources)
         rates = rates_near(source, self._rates, self._guesses, self._guess_config)
         return Pair(target, source, guess, self.jumps, rates)
 

@@ -10,6 +10,7 @@ from idem_ros.core.geometry.se3 import inverse
 from idem_ros.messages.stamps import seconds
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.pair import Pair
+from idem_ros.pairing.trail import UncoveredSweep
 from idem_ros.pairing.turn_rates import UnusableRates
 from idem_ros.refinement.track import Track, twist_of
 
@@ -87,7 +88,7 @@ class SweepMotion:
             return self._continued(asked)
         try:
             return _guessed(asked, begin, end)
-        except UnknownMotion:
+        except (UnknownMotion, UncoveredSweep):
             if kind == 'guess':
                 raise
             return self._continued(asked)

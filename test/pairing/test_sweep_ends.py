@@ -33,11 +33,20 @@ def test_a_source_waits_for_a_guess_at_the_end_of_its_sweep(pairing, rng):
     np.testing.assert_array_equal(stamps, [STAMP, STAMP + PERIOD // 2, STAMP + PERIOD])
 
 
-def test_a_source_waits_no_longer_where_the_next_one_comes(pairing, rng):
-    first = sweep_message(rng, driven, STAMP)
-    pairing.add_source(first)
-    (pair,) = pairing.add_source(sweep_message(rng, driven, STAMP + PERIOD))
+def test_a_source_waits_no_longer_where_the_second_after_it_comes(pairing, rng):
+    first, second, third = (sweep_message(rng, driven, STAMP + k * PERIOD) for k in range(3))
+    pairing.add_guess(guess(STAMP + 1))  # for the first alone there is a motion
+    assert pairing.add_source(first) == []
+    assert pairing.add_source(second) == []
+    (pair,) = pairing.add_source(third)
     assert pair.source is first
+
+
+def test_a_guess_that_comes_with_the_next_source_is_waited_for(pairing, rng):
+    pairing.add_source(sweep_message(rng, driven, STAMP))
+    pairing.add_source(sweep_message(rng, driven, STAMP + PERIOD))
+    (pair,) = pairing.add_guess(guess(STAMP + PERIOD))
+    assert pair.stamp == STAMP
 
 
 def test_the_last_source_is_there_for_who_knows_that_no_guess_will_come(pairing, rng):

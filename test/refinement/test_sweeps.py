@@ -194,3 +194,8 @@ def test_a_solve_of_scans_goes_on_from_the_motion_found_last(rng):
         result = refiner.refine(Pair(target, source, guess)).result
     assert error_of(result.T_target_source, driven(PERIOD / 1e9))[1] < 0.01
     np.testing.assert_allclose(result.twist, TWIST, atol=0.2)
+
+
+def test_a_solve_needs_no_guesses_over_the_sweep(rng):
+    refined = Refiner(replace(CONFIG, motion='solve')).refine(pair_at(rng, driven, [0.0]))
+    assert error_of(refined.result.T_target_source, driven(PERIOD / 1e9))[1] < 0.005
