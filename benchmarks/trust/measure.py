@@ -1,7 +1,9 @@
 """Run every trial of trust and hold what it shows against the figures to reach."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +19,12 @@ from benchmarks.trust.fit import (
     roc_area,
 )
 from benchmarks.trust.freedom import freedom
+from benchmarks.trust.places import PLACES
+from benchmarks.trust.places_spread import place_goals
 from benchmarks.trust.poses import PEER_SCORES, judged_poses
 from benchmarks.trust.scenes import real, simulated
+from benchmarks.trust.sensors import place_case
+from benchmarks.trust.shipped import FIRST_SEED, cases, other_place, said_of, shipped_goals
 from benchmarks.trust.spread import spread, worst_coverage
 from benchmarks.trust.ways import ways
 from idem_ros.core import Cloud, register, warm_up
@@ -30,51 +36,107 @@ from idem_ros.core.stages import descend
 from idem_ros.core.trust.basin import gauge
 from idem_ros.evaluation.worker_pool import worker_pool
 
-JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # cases of a kind
-QUICK = 12  # times fewer
+SHIPPED, PLACED = 12, 48  # cases of a kind
+JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # likewise
+PLACE_SEED = 60_000
 ROUNDS = 25
 WRONG, CALIBRATION, GAP, NEES = 2.0, 0.03, 5.0, 1.25  # [%], -, [points], times 6 or a sixth of it
 UNFOUND, DRIFT, UNFORETOLD = 1.0, 10.0, 0.05  # [%], [mm], 1 - area under the ROC curve
 COST, GAUGE_COST = 25.0, 15.0  # [%] of the refinement
 
 
-def measure(config, quick=False, jobs=1, progress=lambda steps, total=None: steps):
+def measure(config, trials=None, parts=None, jobs=1, progress=lambda steps, total=None: steps):
     """Return the `Goal`s of trust.
 
     Args:
         config: `RegistrationConfig` of the timings; the trials take the defaults.
-        quick: a twelfth of the trials.
+        trials: cases of a kind; None: as many as each part takes.
+        parts: of `PARTS` and 'cost'; None: all.
         jobs: processes that share them.
         progress: wraps the iteration over `total` trials.
     """
     warm_up()
-    count = {name: max(n // QUICK, 2) if quick else n for name, n in _COUNTS.items()}
-    cases = simulated(max(count.values()))
-    tasks = [partial(judged_poses, kind, b) for kind, b in _some(cases, count['judged'])]
-    tasks += [
-        partial(judged_poses, kind, b) for kind, builders in real().items() for b in builders
-    ]
-    tasks += [partial(spread, kind, build) for kind, build in _some(cases, count['spread'])]
-    tasks += [partial(ways, kind, build) for kind, build in _some(cases, count['ways'])]
-    tasks += [
-        partial(freedom, name, seed) for name in BARE_SCENES for seed in range(count['bare'])
-    ]
-    found = {judged_poses: [], spread: [], ways: [], freedom: []}
+    parts = (*PARTS, COST_PART) if parts is None else parts
+    tasks = {name: PARTS[name].tasks(trials) for name in parts if name in PARTS}
+    of_all = [task for some in tasks.values() for task in some]
     with worker_pool(jobs) as pool:
-        done = pool.map(_call, tasks)
-        for task, outcome in zip(tasks, progress(done, len(tasks)), strict=True):
-            found[task.func] += outcome if isinstance(outcome, list) else [outcome]
-    spreads = [each for each in found[spread] if each is not None]
+        outcomes = iter(list(progress(pool.map(_call, of_all), len(of_all))))
+    goals = []
+    for name, some in tasks.items():
+        goals += PARTS[name].goals([next(outcomes) for _ in some])
+    if COST_PART in parts:
+        goals += _cost_goals(config, simulated(1)['street'][0]())
+    return goals
+
+
+class Part(NamedTuple):
+    """Trials that can be run at once, and what is held against the figures to reach."""
+
+    tasks: Callable  # of the number of cases of a kind, or None: its own; returns functions
+    goals: Callable  # of what each returned; returns `Goal`s
+
+
+def _shipped_tasks(trials):
+    trials = trials or SHIPPED
+    found = [partial(said_of, kind, each) for kind, each in cases(trials)]
+    seeds = range(FIRST_SEED, FIRST_SEED + trials)
+    return found + [partial(other_place, kind, s) for kind in ('street', *PLACES) for s in seeds]
+
+
+def _shipped_goals(outcomes):
+    return list(shipped_goals([each for some in outcomes for each in some]))
+
+
+def _place_tasks(trials):
+    seeds = range(PLACE_SEED, PLACE_SEED + (trials or PLACED))
     return [
-        *verdict_goals(found[judged_poses]),
-        *_covariance_goals(spreads, len(found[spread])),
-        *_freedom_goals(found[freedom]),
-        *_basin_goals(found[ways]),
-        *_cost_goals(config, cases['street'][0]()),
+        partial(spread, kind, partial(place_case, kind, seed))
+        for kind in ('street', *PLACES)
+        for seed in seeds
     ]
 
 
-_COUNTS = {'judged': JUDGED, 'spread': SPREAD, 'ways': WAYS, 'bare': BARE}
+def _place_goals(outcomes):
+    return list(place_goals([each for each in outcomes if each is not None]))
+
+
+def _verdict_tasks(trials):
+    of_kinds = _some(simulated(trials or JUDGED), trials or JUDGED)
+    of_kinds += _some(real(), trials)
+    return [partial(judged_poses, kind, build) for kind, build in of_kinds]
+
+
+def _verdict_goals(outcomes):
+    return list(verdict_goals([each for some in outcomes for each in some]))
+
+
+def _spread_tasks(trials):
+    count = trials or SPREAD
+    return [partial(spread, kind, build) for kind, build in _some(simulated(count), count)]
+
+
+def _spread_goals(outcomes):
+    return list(_covariance_goals([x for x in outcomes if x is not None], len(outcomes)))
+
+
+def _basin_tasks(trials):
+    count = trials or WAYS
+    return [partial(ways, kind, build) for kind, build in _some(simulated(count), count)]
+
+
+def _freedom_tasks(trials):
+    return [partial(freedom, name, s) for name in BARE_SCENES for s in range(trials or BARE)]
+
+
+PARTS = {
+    'shipped': Part(_shipped_tasks, _shipped_goals),
+    'covariance': Part(_place_tasks, _place_goals),
+    'models': Part(_verdict_tasks, _verdict_goals),
+    'spread': Part(_spread_tasks, _spread_goals),
+    'free': Part(_freedom_tasks, lambda outcomes: list(_freedom_goals(outcomes))),
+    'basin': Part(_basin_tasks, lambda found: list(_basin_goals([w for ws in found for w in ws]))),
+}
+COST_PART = 'cost'
 
 
 def _some(cases, count):
@@ -95,18 +157,24 @@ def verdict_goals(poses):
     by_kind = {kind: iter(p) for kind, p in left_out(poses).items()}
     p = np.array([next(by_kind[kind]) for kind in kinds])
     wrong = 100 * float(np.mean(((p > 0.5) & seen) != right))
-    what = f'verdict: wrong, of {len(poses)} poses'
+    what = f'cross-validated verdict: wrong, of {len(poses)} poses'
     yield Goal(f'{what} ({unclear} more neither right nor wrong)', wrong, WRONG, '%')
     for kind in dict.fromkeys(kinds):
         of_kind = np.array([each == kind for each in kinds])
         share = 100 * float(np.mean(((p > 0.5) & seen)[of_kind] != right[of_kind]))
-        yield Goal(f'verdict: wrong, of {of_kind.sum()} in {kind}', share, WRONG, '%')
-    said = f'verdict: expected calibration error, of {seen.sum()}'
+        yield Goal(
+            f'cross-validated verdict: wrong, of {of_kind.sum()} in {kind}', share, WRONG, '%'
+        )
+    said = f'cross-validated verdict: expected calibration error, of {seen.sum()}'
     yield Goal(said, calibration_error(p[seen], right[seen]), CALIBRATION)
     for number, name in enumerate(PEER_SCORES):
         score = np.array([each.peers[number] for each in poses])
         of_peer = _wrong_by_threshold(score, right, kinds)
-        yield Goal(f'verdict: wrong, over {name} ({of_peer:.1f} % wrong)', wrong / of_peer, 1.0)
+        yield Goal(
+            f'cross-validated verdict: wrong, over {name} ({of_peer:.1f} % wrong)',
+            wrong / of_peer,
+            1.0,
+        )
 
 
 def _wrong_by_threshold(score, right, kinds):

@@ -43,8 +43,9 @@ def place_case(kind, seed):
     """Return the `Case` of two scans in one of `PLACES` or a street, patterns in turn."""
     rng = np.random.default_rng([seed, *kind.encode()])
     pattern = list(PATTERNS)[seed % len(PATTERNS)]
-    voxel_size = VOXEL_SIZES[seed // len(PATTERNS) % len(VOXEL_SIZES)]
-    jitter = np.radians(JITTER_DEG[seed % len(JITTER_DEG)])
+    turn = seed // len(PATTERNS)  # each pattern at each jitter
+    voxel_size = VOXEL_SIZES[(seed + turn) % len(VOXEL_SIZES)]
+    jitter = np.radians(JITTER_DEG[turn % len(JITTER_DEG)])
     if kind == 'street':
         scene = street(rng)
         here = drive(scene, 41, rng)[rng.integers(6, 34)]

@@ -48,3 +48,9 @@ def worst_coverage(spreads):
         for k, nominal in NOMINAL.items()
         for share in np.mean(sigmas < k, axis=0)
     )
+
+
+def within(spreads, sigmas):
+    """Return the share [%] of errors within so many standard deviations, axis by axis, (6,)."""
+    off = np.abs([each.sigmas for each in spreads])
+    return 100 * np.mean(off < sigmas, axis=0)

@@ -78,7 +78,7 @@ def test_the_area_and_the_threshold_are_those_of_plain_counting(rng):
 
 def test_goals_of_the_verdict_tell_wrong_ones_by_kind_and_against_peers(poses):
     goals = {goal.figure: goal for goal in verdict_goals(poses)}
-    assert goals['verdict: wrong, of 100 in a'].measured == 0.0
+    assert goals['cross-validated verdict: wrong, of 100 in a'].measured == 0.0
     beside = [goal for name, goal in goals.items() if 'inlier RMSE' in name]
     assert beside[0].measured == 0.0
     broken = [each._replace(right=not each.right) for each in poses[:10]] + poses[10:]

@@ -77,6 +77,12 @@ class TrustTuning:
     least_meeting: float = _tuned(
         100, 'points of a cloud that meet: fewer agree at many poses, by chance', 0
     )
+    alike: float = _tuned(
+        1.25,
+        'of every variance: regions farther apart than the jackknife takes err alike, too, as the '
+        'rings of both scans do wherever they fall',
+        1.0,
+    )
     jumps: float = _tuned(
         1.1,
         'of the variance of points as measured, which enter balls and leave them one by one: the '

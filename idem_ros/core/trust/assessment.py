@@ -116,14 +116,14 @@ def _pull_and_covariance(
     """Return gradient and matrix, and the covariance, (6, 6); (12, 12) with a twist solved."""
     cost, T = descent.cost, descent.solution.transform
     assert cost is not None, 'a pose is judged by its cost'
-    jumps = pair.trust.jumps if pair.sampling.jumps else 1.0
+    more = pair.trust.alike * (pair.trust.jumps if pair.sampling.jumps else 1.0)
     if descent.moving is None:
         pulls, stiffness = by_region(cost, T, observability)
         covariance = covariance_of(cost, T, observability, pulls, stiffness)
-        return Linearization(pulls.sum(axis=0), stiffness.sum(axis=0)), jumps * covariance
+        return Linearization(pulls.sum(axis=0), stiffness.sum(axis=0)), more * covariance
     regions = by_region_in_motion(descent.moving, cost, T, observability)
     both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
-    return of_common_twist(regions), jumps * both
+    return of_common_twist(regions), more * both
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:
