@@ -15,10 +15,15 @@ from benchmarks.trust.fit import (
 )
 from benchmarks.trust.freedom import freedom
 from benchmarks.trust.measure import verdict_goals
+from benchmarks.trust.places import PLACES
+from benchmarks.trust.places_spread import place_goals
 from benchmarks.trust.poses import PEER_SCORES, Judged, judged_poses
 from benchmarks.trust.scenes import simulated
+from benchmarks.trust.sensors import place_case
+from benchmarks.trust.shipped import said_of, shipped_goals
 from benchmarks.trust.spread import Spread, spread, worst_coverage
 from benchmarks.trust.ways import Way, ways
+from benchmarks.unseen import Unseen
 from idem_ros.core.trust.basin import LAST
 from idem_ros.core.trust.verdict_model import BEYOND, probability
 
@@ -117,3 +122,33 @@ def test_scenes_are_all_different():
     ]
     assert len(set(names)) == len(names)
     assert bare_case('plane', 0).name not in names
+
+
+def test_what_is_said_of_a_place_from_near_and_far_displaced_and_in_a_mirror():
+    found = said_of('woods', Unseen('woods', partial(place_case, 'woods', 7005)))
+    by_how = {each.how: each for each in found}
+    assert set(by_how) == {'near', 'displaced', 'within', 'far', 'mirrored'}
+    assert by_how['near'].right
+    assert by_how['near'].usable
+    assert by_how['within'].usable
+    assert not by_how['displaced'].usable
+    goals = {goal.figure: goal for goal in shipped_goals(found)}
+    assert goals['shipped: right and not called so, of 1 in woods'].reached
+    wrong = [each._replace(right=False, verdict='aligned') for each in found]
+    missed = [goal for goal in shipped_goals(wrong) if not goal.reached]
+    assert len(missed) >= 4
+
+
+def test_the_covariance_of_a_kind_of_place_is_held_against_its_own_goals(rng):
+    good = [Spread('field', sigmas, 6.0) for sigmas in rng.normal(size=(2000, 6))]
+    assert all(goal.reached for goal in place_goals(good))
+    narrow = [each._replace(sigmas=2 * each.sigmas, nees=24.0) for each in good]
+    assert sum(not goal.reached for goal in place_goals(narrow)) == 3
+
+
+@pytest.mark.parametrize('kind', ['street', *PLACES])
+def test_places_are_seen_by_every_pattern_and_differ_by_seed(kind):
+    cases = [place_case(kind, seed) for seed in (0, 5)]
+    assert min(len(case.target) for case in cases) > 2000
+    assert 0.1 < np.linalg.norm(cases[0].truth[:3, 3]) < 2.5
+    assert len(cases[0].target) != len(cases[1].target)
