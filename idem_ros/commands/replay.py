@@ -1,6 +1,7 @@
 """`idem replay`: refine every pair of a recording, without ROS."""
 
 import argparse
+import logging
 import sys
 from dataclasses import replace
 from itertools import islice
@@ -111,6 +112,7 @@ def _written(args, bag, settings, topics, notes=()):
     from idem_ros.replay.run import replay_each
     from idem_ros.results.summary import table, why_nothing
 
+    logging.getLogger('idem_ros.maps').setLevel(logging.INFO)  # reading a map takes its time
     inputs = [bag, *filter(None, [args.again, getattr(args, 'params', None)])]
     outputs = outputs_for(args, inputs, [each.method for each in settings])
     input_ = fingerprint(bag) if args.json or args.out else None

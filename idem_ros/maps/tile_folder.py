@@ -13,6 +13,7 @@ from idem_ros.maps.source import UnusableMap
 from idem_ros.maps.tile_index import clouds_of
 
 MOST_BYTES = 2**29  # of points in memory, unless one tile is more
+SORTED = 32.0  # [m]: edge of the cubes that a tile's points are sorted into
 A_POINT = 28  # bytes in memory, with its place in an order
 HEIGHTS = -12_000.0, 12_000.0  # [m] that a map may have; its metadata say nothing of z
 EDGE = 0.05  # [m] by which points lie outside of their tile where float32 rounded them
@@ -78,7 +79,7 @@ class TileFolder:
             found, is_there = self._kept(i)
             if not is_there:
                 points = self.read(self._index.paths[i])
-                found = None if points is None else PointBlocks(points)
+                found = None if points is None else _sorted(points)
                 self._keep(i, found)
         return found
 
@@ -128,6 +129,13 @@ class TileFolder:
             *(path, outside, len(points)),
         )
         return points[inside]
+
+
+def _sorted(points):
+    """Return `PointBlocks`, sorted for boxes of a few dozen metres whatever comes first."""
+    tile = PointBlocks(points)
+    tile.points_within(tile.bounds[0], tile.bounds[0] + SORTED)
+    return tile
 
 
 def _bytes_of(tile):

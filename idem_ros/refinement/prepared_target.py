@@ -16,6 +16,8 @@ WIDER = 1.5  # than the scan: a target of which most lies beyond
 NARROWER = 0.1  # than the scan: a map in kilometres or degrees
 OUTERMOST = 0.02  # of a cloud's points at each end say nothing of how wide it is
 SAMPLE = 2000
+AROUND = 10.0  # [m] of a pose that has no height: there its ground is looked for
+LOWEST = 0.05  # of the points there are on the ground
 
 
 class PreparedTargets:
@@ -98,6 +100,27 @@ def _require_same_unit(map_, source):
             f'target: the map is {wide:.3g} wide, and the scan {scan:.3g}; is the map in '
             'kilometres, or in degrees?'
         )
+
+
+def on_the_ground(map_, source, T):
+    """Return a pose without height, such as RViz gives, where a scan meets the ground of a map.
+
+    Args:
+        map_: `MapCloud`.
+        source: `Cloud` of the scan.
+        T: (4, 4) with z = 0.
+    """
+    points = transform_points(T, source.points + source.origin)
+    here = T[:2, 3]
+    near = points[(np.abs(points[:, :2] - here) < AROUND).all(axis=1)]
+    low, high = map_.bounds.copy()
+    low[:2], high[:2] = here - AROUND, here + AROUND
+    ground = map_.source.points_within(low, np.nextafter(high, np.inf))
+    if len(near) == 0 or len(ground) == 0:
+        return T
+    placed = T.copy()
+    placed[2, 3] = np.quantile(ground[:, 2], LOWEST) - np.quantile(near[:, 2], LOWEST)
+    return placed
 
 
 def prepare_ahead(target, map_, source, T, T_ahead):

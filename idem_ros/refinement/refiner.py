@@ -22,6 +22,7 @@ from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.prepared_cloud import Stopwatch, left_out, prepared
 from idem_ros.refinement.prepared_target import (
     PreparedTargets,
+    on_the_ground,
     prepare_ahead,
 )
 from idem_ros.refinement.preprocessing import PreprocessingConfig
@@ -69,6 +70,7 @@ class Refiner:
         self._method = method or Idem()
         self._targets = PreparedTargets()
         self._last = LastResults()
+        self._before = None  # the last source, and where it was found
         self._undone_target: Any = None, '', None
         self._motion = SweepMotion()
         self.times_said = TimesSaid()
@@ -93,9 +95,9 @@ class Refiner:
         watch, kept = Stopwatch(), self._targets.kept
         config, of_clouds = self._configs
         frames = _frames_of(pair)
-        T_guess = self._last.guess_for(pair, _lineage(pair, frames))
         target = self._targets.of(pair.target, of_clouds)
         source = prepared('source', pair.source, *of_clouds)
+        T_guess = self._guess_of(pair, frames, target.cloud, source.cloud)
         step = self._motion.step_of(pair, target.times is not None)
         asked = Asked(pair, T_guess, _lineage(pair, frames), step)
         undoing = self._undoing(asked, source.cloud, config)
@@ -121,23 +123,39 @@ class Refiner:
             ),
             point_times=self._times_news(target, source),
         )
-        self._motion.keep(asked, undoing, refinement.result)
-        lost = self._last.keep(pair, _lineage(pair, frames), refinement.result)
+        return self._concluded(asked, target_cloud, undoing, refinement)
+
+    def _concluded(self, asked, target_cloud, undoing, refinement):
+        """Take note of what was found, for what comes next."""
+        result, T = refinement.result, refinement.result.T_target_source
+        self._motion.keep(asked, undoing, result)
+        lost = self._last.keep(asked.pair, asked.of, result)
+        self._before = undoing.source, T
         _require_enough(refinement)
         if isinstance(target_cloud, MapCloud):
             refinement = replace(refinement, points_target=len(refinement.took_part.target))
-            T = refinement.result.T_target_source
-            map_ = getattr(pair.target, 'map', None)
+            map_ = getattr(asked.pair.target, 'map', None)
             prepare_ahead(target_cloud, map_, undoing.source, T, self._last.ahead_of(T))
         return replace(refinement, lost=lost)
 
     def prepare(self, target):
-        """Read and prepare a target that comes next; from any thread.
+        """Read and prepare a target that comes next, around the last source; from any thread.
 
         Raises:
             UnusableTarget: it cannot be used.
         """
-        self._targets.of(target, self._configs[1])
+        config, of_clouds = self._configs
+        target, before = self._targets.of(target, of_clouds), self._before
+        if isinstance(target.cloud, MapCloud) and before is not None:
+            # what scans reach of a map is prepared when one is registered to it
+            register(target.cloud, *before, replace(config, motion='none'))
+
+    def _guess_of(self, pair, frames, target, source):
+        T = self._last.guess_for(pair, _lineage(pair, frames))
+        has_height = T is not pair.guess.T_first or T[2, 3] != 0.0
+        if has_height or not isinstance(target, MapCloud):
+            return T
+        return on_the_ground(target, source, T)
 
     def _times_news(self, target, source):
         said = {'target': target.read.times, 'source': source.read.times}
