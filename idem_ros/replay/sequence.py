@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from idem_ros.core import Cloud, IdemError
 from idem_ros.core.geometry.se3 import inverse, transform_points
+from idem_ros.core.geometry.undistortion import reference_time
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.messages.building import CLOUD
@@ -20,7 +21,7 @@ from idem_ros.refinement.refiner import registered
 from idem_ros.refinement.sweep_motion import UnknownMotion
 from idem_ros.refinement.times_said import TimesSaid
 from idem_ros.refinement.track import Track, twist_of
-from idem_ros.refinement.undoing import undoing_of
+from idem_ros.refinement.undoing import undoing_of, undone
 from idem_ros.replay.frames import Sequence
 from idem_ros.replay.peers import method_of
 from idem_ros.replay.recorded_truth import is_relative, truth_topic_of
@@ -182,6 +183,7 @@ class Odometry:
         self.method = method_of(settings)
         self._T_odom_last = np.eye(4)
         self._middles = deque(maxlen=2)  # (instant [ns], pose in odom): of a sweep its middle
+        self._first = None  # the first scan, until the second tells how it moved
         self._map = deque(maxlen=1 if settings.sequence == SCAN else SCANS_KEPT)
 
     def refine(self, scan):
@@ -195,16 +197,41 @@ class Odometry:
         if not self._map:
             self._middles.append((scan.stamp + round(1e9 * undoing.middle), T_guess))
             self._go_on(T_guess, scan.cloud.cloud)
+            self._first = scan
             return None
         refinement = self._registered(scan, undoing)
-        T, (middle, T_middle) = (
-            refinement.result.T_target_source,
-            undoing.to_middle(refinement.result),
-        )
-        self._middles.append((scan.stamp + round(1e9 * middle), T @ T_middle))
+        self._middles.append(self._middle(scan, undoing, refinement))
+        is_second = self._first is not None and self.settings.config.motion != 'none'
+        if is_second and refinement.result.is_usable:
+            undoing = self._from_the_begin(scan)
+            refinement = self._registered(scan, undoing)
+            self._middles[-1] = self._middle(scan, undoing, refinement)
+        self._first = None
         assert refinement.took_part is not None  # as of every one that was just registered
-        self._go_on(T, refinement.took_part.source)
+        self._go_on(refinement.result.T_target_source, refinement.took_part.source)
         return refinement
+
+    def _from_the_begin(self, scan):
+        """Undo the first scan by the motion to the second; return the `Undoing` of that by it."""
+        step, duration = self._step()
+        track = Track.of_twist(twist_of(step, duration / 1e9))
+        first, config = self._first.cloud.cloud, self.settings.config
+        if first.times is not None:
+            places = config.motion_reference, 'middle'
+            at, middle = (reference_time(first.times, place) for place in places)
+            self._middles[0] = self._middles[0][0], track.step(at, middle)
+            self._map.clear()
+            self._go_on(np.eye(4), undone(first, track, at))
+        last, T_last = self._middles[0]
+        T_guess = T_last @ track.step(0.0, (scan.stamp - last) / 1e9)
+        given = config, lambda *sweep: track, self.method.solves_motion
+        return undoing_of(scan.cloud.cloud, T_guess, *given)
+
+    @staticmethod
+    def _middle(scan, undoing, refinement):
+        middle, T_middle = undoing.to_middle(refinement.result)
+        T = refinement.result.T_target_source
+        return scan.stamp + round(1e9 * middle), T @ T_middle
 
     def _undoing(self, cloud, T_guess):
         def find(begin, end):
