@@ -34,6 +34,8 @@ PARAMETERS = {
     'mode': 'refine, or audit: nothing moves, the guess is judged',
     'reliability': 'of all inputs: best_effort, or reliable',
     'target_durability': 'of the target: volatile, or transient_local for a map published once',
+    'target_file': 'a map on disk in place of a topic: a cloud, or a folder of tiles',
+    'target_frame': 'frame of the map in target_file',
 }
 OTHERS = {
     'params_file': (

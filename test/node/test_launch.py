@@ -22,7 +22,10 @@ from idem_ros.parameters.launch_arguments import LaunchRefused, launched_file
 
 READY_LINE = b'[INFO] [1.5] [idem_node]: ready: listens to /target\n'
 DEMO = ROOT / 'bags' / 'demo.mcap'
-PARAMETERS = ('voxel_size', 'mode', 'reliability', 'target_durability')
+PARAMETERS = (
+    *('voxel_size', 'mode', 'reliability'),
+    *('target_durability', 'target_file', 'target_frame'),
+)
 
 
 def test_parameter_file_holds_every_parameter_with_its_default():
