@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
+from idem_ros.core.arrays import Floats, Matrix6, Point, Points, Transform, Twist
 from idem_ros.core.geometry import se3
+from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.noise import quantile, share_of_sheets
@@ -80,8 +81,9 @@ def assess(
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
     total, both = _pull_and_covariance(pair, descent, observability)
     covariance = both[:6, :6]
+    discord, near_discord = _discord(balls, agreement, T)
     seen = _Seen(
-        near_discord=_near_discord(balls, agreement, T),
+        near_discord=near_discord,
         contrast=_least_contrast(balls, T, observability),
         overlap=agreement.overlap.most,
         way=way_between(descent.first or balls, T, T_guess),
@@ -97,7 +99,7 @@ def assess(
         covariance=pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
         sweep_covariance=sweep_covariance(both, position),
-        discord=_discord(agreement),
+        discord=discord,
         step=_step(observability, *total) / balls.radius,
         **seen._replace(overlap=agreement.overlap.share)._asdict(),
     )
@@ -156,26 +158,41 @@ def _separated(given: tuple[Cloud, Cloud], T_guess: Transform, radius: float) ->
     return f'{reason}: is the guess right?'
 
 
-def _discord(agreement: Agreement) -> float:
+def _discord(balls: Balls, agreement: Agreement, T: Transform) -> tuple[float, float]:
     """Return the q_i (Eq. 7) that a tenth of the points that meet exceed, lengths over the radius.
 
-    Where surfaces coincide, joining them adds no entropy; where they stand apart, it does.
+    Where surfaces coincide, joining them adds no entropy; where they stand apart, it does. Of all
+    of these points, and of those nearest to the sensor: its noise grows with the range, so that
+    what stands apart nearby is none.
     """
-    return quantile(agreement.q[agreement.reach > 0.0], TENTH)
-
-
-def _near_discord(balls: Balls, agreement: Agreement, T: Transform) -> float:
-    """Return the discord of those of the points that meet that are nearest to the sensor.
-
-    A sensor's noise grows with the range: what stands apart nearby is no noise.
-    """
-    meets = agreement.reach > 0.0
     target, source = balls.of
     sensor = -source.origin  # where the source frame has its origin
-    of_target = target.points - se3.transform_points(T, sensor)
-    off = np.concatenate([of_target, source.points - sensor])[meets]
-    ranges = np.einsum('ij,ij->i', off, off)
-    return quantile(agreement.q[meets][ranges <= quantile(ranges, NEAR)], TENTH)
+    sensors = se3.transform_points(T, sensor), sensor
+    q, ranges = _meeting(target.points, source.points, sensors, agreement.q, agreement.reach)
+    nearby = ranges <= quantile(ranges, NEAR)
+    return quantile(q, TENTH), quantile(q[nearby], TENTH)
+
+
+@kernel
+def _meeting(
+    target: Points, source: Points, sensors: tuple[Point, Point], q: Floats, reach: Floats
+) -> tuple[Floats, Floats]:
+    """Return q_i and squared distance from the sensor of the points that meet, the target's first.
+
+    sensors: where it is in the frame of either.
+    """
+    found, squared = np.empty(len(q)), np.empty(len(q))
+    n = 0
+    for i in range(len(q)):
+        if reach[i] == 0.0:
+            continue
+        k = i if i < len(target) else i - len(target)
+        cloud = target if i < len(target) else source
+        at = sensors[0] if i < len(target) else sensors[1]
+        x, y, z = cloud[k, 0] - at[0], cloud[k, 1] - at[1], cloud[k, 2] - at[2]
+        found[n], squared[n] = q[i], x * x + y * y + z * z
+        n += 1
+    return found[:n], squared[:n]
 
 
 def _least_contrast(balls: Balls, T: Transform, observability: Observability) -> float:
