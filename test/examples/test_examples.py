@@ -32,6 +32,14 @@ def test_every_frame_of_a_recording_is_shown_with_its_verdict():
     )
 
 
+def test_a_fast_drive_is_far_nearer_the_truth_where_its_motion_is_solved_for():
+    said = said_by('sweeps.py', DEMO.with_name('fast.mcap'))
+    off = {name: float(mm) for name, mm in re.findall(r'motion (\w+): ([\d.]+) mm off', said)}
+    assert off['solve'] < 10.0 < 400.0 < off['none']
+    speed = re.search(r'the last sweep: ([\d.]+) m/s', said)[1]
+    assert abs(float(speed) - 15.0) < 0.5
+
+
 def test_a_graph_of_our_edges_is_far_nearer_the_truth_than_the_odometry():
     said = said_by('pose_graph.py')
     off = {
