@@ -26,6 +26,7 @@ class PreparedTargets:
     def __init__(self):
         self._kept = ()  # of ((message, settings of clouds), prepared), the newest last
         self._wide = None, None  # a prepared scan that turned out to be a map, and that
+        self._used, self._uses, self._is_stream = None, 0, False
 
     @property
     def kept(self):
@@ -56,6 +57,8 @@ class PreparedTargets:
     def cloud_for(self, target, source, frames):
         """Return what a source is registered to: a map, where most of it lies beyond the source.
 
+        Of targets that each serve one source, a stream of scans, only the first may be a map.
+
         Args:
             target: `PreparedCloud`.
             source: `Cloud` of the scan.
@@ -67,13 +70,20 @@ class PreparedTargets:
         if isinstance(target.cloud, MapCloud):
             _require_same_unit(target.cloud, source)
             return target.cloud
-        if frames[0] == frames[1]:
+        if frames[0] == frames[1] or self._are_scans(target):
             return target.cloud
-        if self._wide[0] is not target and _width(_span(target.cloud)) > WIDER * _width(
-            _span(source)
-        ):
-            self._wide = target, MapCloud(target.preprocessed.points)
-        return self._wide[1] if self._wide[0] is target else target.cloud
+        is_map = self._wide[0] is target
+        if not is_map and _width(_span(target.cloud)) > WIDER * _width(_span(source)):
+            self._wide, is_map = (target, MapCloud(target.preprocessed.points)), True
+        return self._wide[1] if is_map else target.cloud
+
+    def _are_scans(self, target):
+        """Note that a target is used; return whether the one before was used once: a stream."""
+        if self._used is not target:
+            self._is_stream = self._used is not None and self._uses < 2
+            self._used, self._uses = target, 0
+        self._uses += 1
+        return self._is_stream
 
 
 def _prepared(message, of_clouds):

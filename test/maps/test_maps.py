@@ -5,6 +5,7 @@ import logging
 import numpy as np
 import pytest
 import yaml
+from plyfile import PlyData, PlyElement
 
 from idem_ros.files.cloud_file import UnreadableCloud
 from idem_ros.files.pcd_file import write_pcd
@@ -180,6 +181,32 @@ def test_utm_coordinates_lose_no_millimetre(tmp_path, points):
     opened = open_map(tmp_path / 'tiles')
     found = opened.points_within(*opened.bounds)
     np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(utm, axis=0))
+
+
+@pytest.mark.parametrize('suffix', ['.las', '.laz', '.ply', '.xyz'])
+def test_maps_of_every_format_are_cut_and_opened(tmp_path, points, suffix):
+    write(tmp_path / f'map{suffix}', points.round(3) + (4e5, 5e6, 0.0))
+    cut_map(tmp_path / f'map{suffix}', tmp_path / 'tiles', 50)
+    for name in (f'map{suffix}', 'tiles'):
+        opened = open_map(tmp_path / name)
+        found = opened.points_within(opened.bounds[0], opened.bounds[1] + 1.0)
+        expected = np.sort(points.round(3) + (4e5, 5e6, 0.0), axis=0)
+        np.testing.assert_allclose(np.sort(found, axis=0), expected, rtol=0, atol=1e-6)
+
+
+def write(path, points):
+    if path.suffix == '.xyz':
+        np.savetxt(path, points, fmt='%.3f')
+    elif path.suffix == '.ply':
+        vertices = np.rec.fromarrays(points.T, names='x,y,z')
+        PlyData([PlyElement.describe(np.array(vertices), 'vertex')]).write(path)
+    else:
+        laspy = pytest.importorskip('laspy', reason='the extra survey is not installed')
+        header = laspy.LasHeader(point_format=3, version='1.2')
+        header.offsets, header.scales = points.min(axis=0), [0.001] * 3
+        las = laspy.LasData(header)
+        las.x, las.y, las.z = points.T
+        las.write(path)
 
 
 def test_what_is_read_is_said(tiles, caplog):

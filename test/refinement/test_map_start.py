@@ -68,6 +68,21 @@ def test_a_topic_of_which_most_lies_beyond_the_scan_is_a_map_to_it(scan, map_poi
     assert refinement.points_target < len(map_points) / 2
 
 
+def test_of_a_stream_of_wide_scans_none_is_a_map_but_the_first(scan, map_points):
+    points, truth = scan
+    refiner = Refiner(CONFIG)
+    targets = [cloud(i, 'front', map_points) for i in range(1, 4)]
+    parts = [
+        refiner.refine(pair_of(target, points, truth, stamp=10 + i)).took_part.target.is_part
+        for i, target in enumerate(targets)
+    ]
+    assert parts == [True, False, False]
+    again = [refiner.refine(pair_of(targets[-1], points, truth, stamp=20 + i)) for i in (0, 1)]
+    assert not any(each.took_part.target.is_part for each in again)
+    map_ = cloud(9, 'front', map_points)
+    assert refiner.refine(pair_of(map_, points, truth, stamp=30)).took_part.target.is_part
+
+
 def test_a_map_that_comes_next_is_prepared_around_the_last_scan(scan, map_points):
     points, truth = scan
     refiner, asked = Refiner(CONFIG), []
