@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core.geometry import se3
+from idem_ros.core.trust.smear import SAID
+from idem_ros.simulation.lidar import Lidar, moving_scan, scan
+from idem_ros.simulation.room import room
+
+TWIST = np.array([3.0, 0.1, 0.0, 0.02, -0.03, 0.9])
+
+
+@pytest.fixture(scope='module')
+def scans():
+    """A target, what a sensor in motion sees, its times, and what one sees that stands still."""
+    rng, lidar = np.random.default_rng(7), Lidar(azimuth_steps=600)
+    scene = room(rng)
+    x, y, _ = scene.route[40]
+    poses = [se3.translation((x + off, y, 1.2)) for off in (0.0, 0.4)]
+    target = scan(scene, poses[0], lidar, rng)
+    swept = moving_scan(scene, poses[1], TWIST, 0.1, lidar, rng)
+    return target, *swept, scan(scene, poses[1], lidar, rng), se3.translation((0.4, 0.0, 0.0))
+
+
+def test_a_smear_that_was_not_undone_is_named_in_the_reason(scans):
+    target, points, _, _, guess = scans
+    result = register(target, points, guess, RegistrationConfig(voxel_size=0.25))
+    assert SAID in result.assessment.reason
+
+
+def test_a_scan_of_a_sensor_that_stood_still_is_not_suspected(scans):
+    target, _, _, still, guess = scans
+    result = register(target, still, guess, RegistrationConfig(voxel_size=0.25))
+    assert SAID not in result.assessment.reason
+
+
+@pytest.mark.parametrize('motion', ['guess', 'solve'])
+def test_nor_is_one_whose_motion_was_undone(scans, motion):
+    target, points, times, _, guess = scans
+    config = RegistrationConfig(voxel_size=0.25, motion=motion)
+    twist = TWIST if motion == 'guess' else None
+    result = register(target, Cloud(points, times), guess, config, twist=twist)
+    assert SAID not in result.assessment.reason
+
+
+def test_half_a_scan_has_no_azimuth_to_turn_with(scans):
+    target, points, _, _, guess = scans
+    ahead = points[points[:, 0] > 0.0]
+    result = register(target, ahead, guess, RegistrationConfig(voxel_size=0.25))
+    assert SAID not in result.assessment.reason
