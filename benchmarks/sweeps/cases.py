@@ -30,6 +30,7 @@ class Sweep:
 
     Attributes:
         kind: the scene.
+        rings: of the sensor.
         still: `Case` of a scan from the pose at the sweep's middle, which is its truth.
         points: (N, 3) of the sweep, each in the sensor's frame at its own time.
         times: (N,) [s] from the sweep's begin.
@@ -39,6 +40,7 @@ class Sweep:
     """
 
     kind: str
+    rings: int
     still: Case
     points: np.ndarray
     times: np.ndarray
@@ -68,6 +70,7 @@ def sweep(kind, seed):
     off = GUESS_M if kind != 'room' else GUESS_M / 3
     return Sweep(
         kind,
+        lidar.rings,
         Case(f'{kind} {seed}', target, still, truth, SCENES[kind]),
         seen,
         times,

@@ -29,6 +29,7 @@ class Outcome(NamedTuple):
     translation_m: float
     is_right: bool
     nees: float  # over 6
+    rings: int
 
 
 def ways(a_sweep):
@@ -77,12 +78,12 @@ def _outcome(a_sweep, way, result):
     off = np.concatenate([T[:3, 3] - truth[:3, 3], small / 2])
     nees = float(off @ np.linalg.solve(result.assessment.covariance, off)) / 6
     right = succeeded(a_sweep.still, *errors)
-    return Outcome(a_sweep.kind, way, *errors, bool(right), nees)
+    return Outcome(a_sweep.kind, way, *errors, bool(right), nees, a_sweep.rings)
 
 
-def of_way(outcomes, way, kind=None):
-    """Return the `Outcome`s of a way, in a scene or in all."""
-    return [each for each in outcomes if each.way == way and kind in (None, each.kind)]
+def of_way(outcomes, way):
+    """Return the `Outcome`s of a way."""
+    return [each for each in outcomes if each.way == way]
 
 
 def figures(outcomes):
