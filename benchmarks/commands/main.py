@@ -3,7 +3,7 @@
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, docs, maps, sweeps, unseen, voxels
+from benchmarks.commands import beyond, docs, maps, several, sweeps, unseen, voxels
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -56,6 +56,7 @@ def _parser():
     unseen.add_parsers(kinds, OWN)
     voxels.add_parser(kinds, OWN)
     maps.add_parser(kinds, OWN)
+    several.add_parser(kinds, OWN)
     for name, measured, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),

@@ -72,7 +72,7 @@ def _add_differences(
     size: squared radius, and what lengths are divided by.
     """
     (first, member), (r2, scale) = candidates, size
-    moments = np.zeros((alone.shape[0], 10))
+    moments = np.empty((alone.shape[0], 10))
     seen = np.empty(alone.shape[0], np.int32)
     for k in range(first.shape[0] - 1):
         i = begin + k
@@ -87,7 +87,5 @@ def _add_differences(
             joint = plus(joint, m)
             paired[a, b, 0] += entropy(plus(own, m), scale) - h
             paired[a, b, 1] += 1.0
-            for c in range(10):
-                moments[b, c] = 0.0
         alone[a, 0] += entropy(joint, scale) - h
         alone[a, 1] += 1.0

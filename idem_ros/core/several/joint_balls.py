@@ -11,6 +11,7 @@ import numpy as np
 
 from idem_ros.core.arrays import (
     Indices,
+    Integer,
     Integers,
     Integers32,
     Mask,
@@ -116,8 +117,12 @@ class JointBalls:
     def blocks(self, lists: Lists, share: int) -> Iterator[tuple[int, Candidates]]:
         """Yield (first centre, candidates) of each block of one of the `SHARES`."""
         kept = lists.candidates[share]
+        again = np.zeros((self.count, self.count), np.bool_)
         for k, span in enumerate(_spans_of(len(lists.order), share)):
-            yield span[0], kept[k] if kept else self._listed(lists.grid, lists.cloud, span)
+            yield (
+                span[0],
+                kept[k] if kept else self._listed(lists.grid, lists.cloud, span, again),
+            )
 
     def _still_hold(self, lists: Lists, poses: Transforms) -> bool:
         """Whether no two clouds have moved, against each other, by more than the skin."""
@@ -146,17 +151,18 @@ class JointBalls:
         together = np.zeros((self.count, self.count), np.bool_)
         kept: list[Candidates] | None = []
         for span in _spans_of(len(cloud), share):
-            each = self._listed(grid, cloud, span)
-            _mark(cloud, span[0], each.first, each.member, together)
+            each = self._listed(grid, cloud, span, together)
             if kept is not None:
                 kept.append(each)
                 if sum(len(block.member) for block in kept) > self.most_kept // SHARES:
                     kept = None
         return kept, together
 
-    def _listed(self, grid: Grid, cloud: Integers32, span: tuple[int, int]) -> Candidates:
+    def _listed(
+        self, grid: Grid, cloud: Integers32, span: tuple[int, int], together: Mask
+    ) -> Candidates:
         reach = self.radius * TIE + SKIN * self.radius
-        return Candidates(*_others_around(grid, cloud, span, reach * reach))
+        return Candidates(*_others_around(grid, cloud, span, reach * reach, together))
 
 
 def block_spans(n: int) -> list[tuple[int, int]]:
@@ -213,43 +219,67 @@ def _place(
 
 @kernel
 def _others_around(
-    grid: Grid, cloud: Integers32, span: tuple[int, int], r2: float
+    grid: Grid, cloud: Integers32, span: tuple[int, int], r2: float, together: Mask
 ) -> tuple[Integers, Integers32]:
-    """Return the candidates of a span of the grid's points: those near, but of other clouds."""
+    """Return the candidates of a span of the grid's points: those near, but of other clouds.
+
+    Of each point cloud by cloud. Mark (K, K) which clouds share one of the balls.
+    """
     begin, end = span
+    count = together.shape[0]
     first = np.empty(end - begin + 1, np.int64)
     member = np.empty(EXPECTED * (end - begin), np.int32)
     found, rows = room_for(grid)
+    place, seen = np.zeros(count, np.int64), np.empty(count, np.int32)
     first[0] = at = 0
     for i in range(begin, end):
         x, y, z = point_of(grid.points, i)
-        count = np.int64(neighbours(x, y, z, grid, r2, found, rows))
-        while at + count > member.shape[0]:
+        near = np.int64(neighbours(x, y, z, grid, r2, found, rows))
+        while at + near > member.shape[0]:
             member = np.concatenate((member, np.empty_like(member)))
-        for c in range(np.uint64(count)):
-            member[np.uint64(at)] = found[c]  # kept only if it is counted
-            at += cloud[found[c]] != cloud[i]
+        clouds = 0
+        for c in range(np.uint64(near)):
+            b = cloud[found[c]]
+            seen[clouds] = b  # kept only if it is counted
+            clouds += place[b] == 0
+            place[b] += 1
+        at = _place_by_cloud(cloud, found[:near], seen[:clouds], cloud[i], (member, place), at)
+        _mark(seen[:clouds], together)
         first[i - begin + 1] = at
     return first, member[:at].copy()
 
 
 @kernel
-def _mark(
-    cloud: Integers32, begin: int, first: Integers, member: Integers32, together: Mask
-) -> None:
-    """Mark (K, K) which clouds share one of the balls of a block, the lesser number first."""
-    seen = np.empty(together.shape[0], np.int32)
-    is_seen = np.zeros(together.shape[0], np.bool_)
-    for i in range(first.shape[0] - 1):
-        seen[0], n = cloud[begin + i], 1
-        is_seen[seen[0]] = True
-        for c in range(first[i], first[i + 1]):
-            b = cloud[member[c]]
-            if not is_seen[b]:
-                is_seen[b] = True
-                seen[n] = b
-                n += 1
-        for p in range(n):
-            is_seen[seen[p]] = False
-            for q in range(p):
-                together[min(seen[p], seen[q]), max(seen[p], seen[q])] = True
+def _place_by_cloud(
+    cloud: Integers32,
+    found: Integers32,
+    seen: Integers32,
+    own: Integer,
+    into: tuple[Integers32, Integers],
+    at: Integer,
+) -> Integer:
+    """Write those found, but of their own cloud, to member from `at` on; return where it ends.
+
+    into: member, and how many are of each cloud (K,), which is left at zero.
+    """
+    member, place = into
+    for b in seen:
+        n = np.int64(place[b])
+        place[b] = at
+        if b != own:
+            at += n
+    for j in found:
+        b = cloud[j]
+        if b != own:
+            member[place[b]] = j
+            place[b] += 1
+    for b in seen:
+        place[b] = 0
+    return at
+
+
+@kernel
+def _mark(seen: Integers32, together: Mask) -> None:
+    for p in range(len(seen)):
+        for q in range(p):
+            together[min(seen[p], seen[q]), max(seen[p], seen[q])] = True

@@ -52,6 +52,7 @@ class JointCost:
 
     def __init__(self, balls: JointBalls, ball_cost: BallCost, known: Known) -> None:
         self.balls, self.ball_cost, self.known = balls, ball_cost, known
+        self.latest: JointLinearization | None = None
         self.nat = 1.0  # what of a nat of q_tot is information; see `information`
 
     def weigh_priors(self, poses: Transforms) -> None:
@@ -62,14 +63,18 @@ class JointCost:
     def system(self, poses: Transforms, with_priors: bool = True) -> JointSystem:
         """Return the `JointSystem` at poses; each part that nothing holds has one pose held."""
         found = linearized(self.balls, self.ball_cost, poses)
+        self.latest = found
         part = self._parts(found)
         fixed = anchors_of(part, self.known.held, self.known.anchored)
         prior = self.known.priors if with_priors else (), self.known.origins, self.nat
         return system_of(found, poses, fixed, prior)
 
     def parts(self, poses: Transforms) -> Integers:
-        """Return the number of the part that each cloud hangs together with others in, (K,)."""
-        return self._parts(linearized(self.balls, self.ball_cost, poses))
+        """Return the number of the part that each cloud hangs together with others in, (K,).
+
+        By the linearisation that there is, where there is one: it was near enough.
+        """
+        return self._parts(self.latest or linearized(self.balls, self.ball_cost, poses))
 
     def with_fixed(self, fixed: Mask) -> 'JointCost':
         """Return the same cost of which other clouds (K,) are held."""

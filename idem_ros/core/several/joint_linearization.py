@@ -21,18 +21,16 @@ from idem_ros.core.arrays import (
     Integers,
     Integers32,
     Moments,
-    Points,
     Symmetric,
     Transforms,
     Triple,
-    Weights,
 )
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.geometry.symmetric3 import determinant, inverse
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import Candidates
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
-from idem_ros.core.metric.moments import covariance, plus, point_of, row_of
+from idem_ros.core.metric.moments import ball_moments, covariance, plus, point_of, row_of
 from idem_ros.core.several.joint_balls import SHARES, JointBalls, Placed
 from idem_ros.core.solve.ball_cost import BallCost, balance, with_noise, without_tangential
 from idem_ros.core.solve.linearization import pull_of, turned, turning
@@ -114,7 +112,7 @@ def accumulate(
     """
     (pair_of, stride), (pulls, blocks) = matrix, sums
     first, member = candidates
-    moments = np.zeros((pulls.shape[1], 10))
+    moments = np.empty((pulls.shape[1], 10))
     seen = np.empty(pulls.shape[1], np.int32)
     for k in range(first.shape[0] - 1):
         i = begin + k
@@ -132,9 +130,6 @@ def accumulate(
                 of_centre = placed.cloud[i], own[0]
                 f *= stride / joint[0]
                 _add_blocks(p, (f, w), of_centre, seen[:n], moments, pair_of, blocks)
-        for q in range(n):
-            for c in range(10):
-                moments[seen[q], c] = 0.0
 
 
 @kernel
@@ -147,35 +142,24 @@ def members_by_cloud(
     moments: Floats,
     seen: Integers32,
 ) -> int:
-    """Add the moments (K, 10) of a ball's members by their clouds; return of how many there are.
+    """Fill moments (K, 10) of a ball's members by their clouds; return of how many there are.
 
     seen: filled with these clouds.
     """
-    points: Points = placed.points
-    weights: Weights = placed.weights
-    x, y, z = point_of(points, i)
-    n = 0
-    for c in range(np.uint64(span[0]), np.uint64(span[1])):
-        j = np.uint64(member[c])
-        dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
-        if dx * dx + dy * dy + dz * dz > r2:
-            continue
-        m = moments[placed.cloud[j]]
-        if m[0] == 0.0:
-            seen[n] = placed.cloud[j]
+    p = point_of(placed.points, i)
+    n, c, end = 0, np.uint64(span[0]), np.uint64(span[1])
+    while c < end:  # the members stand cloud by cloud
+        b, last = placed.cloud[np.uint64(member[c])], c + np.uint64(1)
+        while last < end and placed.cloud[np.uint64(member[last])] == b:
+            last += np.uint64(1)
+        _, m = ball_moments(p, placed.points, placed.weights, member, c, last, r2)
+        c = last
+        if m[0] > 0.0:
+            seen[n] = b
             n += 1
-        w = weights[j, 0]
-        wx, wy, wz = w * dx, w * dy, w * dz
-        m[0] += w
-        m[1] += wx
-        m[2] += wy
-        m[3] += wz
-        m[4] += wx * dx + weights[j, 1]
-        m[5] += wx * dy + weights[j, 2]
-        m[6] += wx * dz + weights[j, 3]
-        m[7] += wy * dy + weights[j, 4]
-        m[8] += wy * dz + weights[j, 5]
-        m[9] += wz * dz + weights[j, 6]
+            row = moments[b]
+            row[0], row[1], row[2], row[3], row[4] = m[0], m[1], m[2], m[3], m[4]
+            row[5], row[6], row[7], row[8], row[9] = m[5], m[6], m[7], m[8], m[9]
     return n
 
 
@@ -213,11 +197,25 @@ def _add_pulls(
 ) -> None:
     """Add the gradient (K, 6) of a ball around a point of cloud a, whose own is minus the rest."""
     f, w = weight
+    x = y = z = vx = vy = vz = 0.0
     for b in seen:
         pull = pull_of(p, row_of(moments, b), joint, w, f, 0.0)
-        for c in range(6):
-            pulls[b, c] += pull[c]
-            pulls[a, c] -= pull[c]
+        row = pulls[b]
+        row[0] += pull[0]
+        row[1] += pull[1]
+        row[2] += pull[2]
+        row[3] += pull[3]
+        row[4] += pull[4]
+        row[5] += pull[5]
+        x, y, z = x + pull[0], y + pull[1], z + pull[2]
+        vx, vy, vz = vx + pull[3], vy + pull[4], vz + pull[5]
+    own = pulls[a]
+    own[0] -= x
+    own[1] -= y
+    own[2] -= z
+    own[3] -= vx
+    own[4] -= vy
+    own[5] -= vz
 
 
 @kernel

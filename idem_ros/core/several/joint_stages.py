@@ -15,7 +15,7 @@ from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
 from idem_ros.core.metric.moments import TIE
-from idem_ros.core.metric.noise import ENOUGH, WIDEST
+from idem_ros.core.metric.noise import ENOUGH
 from idem_ros.core.metric.radii import SAMPLE, rounded
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import BallCost
@@ -25,6 +25,7 @@ from idem_ros.core.solve.tuning import SolverTuning
 # Of half the diagonal of a cloud's box: wider balls average away what holds a cloud in its place;
 # rings of scans end drawn together from 0.22 on, and not yet at 0.18.
 WIDEST_STAGE = 0.1
+MOST_WIDENING = 1.5  # for noise: a ball has members of more clouds than two; 2 turns whole rings
 MOST_POINTS = 4_000_000  # or voxels, of all clouds: some 2 GB
 
 
@@ -115,8 +116,8 @@ def joint_cost(
 
 
 def _widening(clouds: Sequence[Cloud], radius: float, workers: Workers) -> float:
-    """Return by how much to widen balls for noise, 1 to 2: `noise.widening` of clouds alike."""
+    """Return by how much to widen balls for noise: `noise.widening` of clouds alike."""
     found = in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
     thickness, members = np.median(found, axis=0)
     wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(2 * members))) if members else 1.0
-    return float(np.clip(wanted, 1.0, WIDEST))
+    return float(np.clip(wanted, 1.0, MOST_WIDENING))

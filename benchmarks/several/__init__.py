@@ -1,0 +1,1 @@
+"""Several clouds at once beside pairs in a chain, in a pose graph, and multiway GICP."""

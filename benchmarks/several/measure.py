@@ -1,0 +1,122 @@
+"""What is measured of several clouds, and held against the figures to reach."""
+
+from dataclasses import replace
+from time import perf_counter, process_time
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from benchmarks.goal import Goal
+from benchmarks.several.dragon import dragon
+from benchmarks.several.methods import CHAIN, DISTANCES, GRAPH, JOINT, MULTIWAY, solve_all
+from benchmarks.several.scenes import FIRST_SEED, lidar_scans, ring
+from idem_ros.core import Cloud, register_all
+from idem_ros.core.geometry import se3
+from idem_ros.terminal.markdown import number, table
+
+RINGS = ((12, 0.3), (16, 0.5), (20, 0.7), (12, 0.9))  # scans, share of one that the next sees
+RATIO = 0.7  # of the best other method's error
+DRAGON_MEDIAN, DRAGON_MOST, DRAGON_S = 0.10, 0.35, 3.0  # [deg], [deg], [s]
+LIDARS, LIDARS_MS = 20, 500.0
+RUNS = 3
+
+
+def measure_rings(config, trials, rings=RINGS, progress=iter):
+    """Return {(count, overlap): {method: errors (n,) [deg]}} over trials of each ring.
+
+    Of multiway GICP at the distance whose median over the trials is the least.
+    """
+    found = {}
+    for count, overlap in progress(rings):
+        errors = {}
+        for trial in range(trials):
+            scene = ring(FIRST_SEED + trial, count, overlap)
+            config = replace(config, voxel_size=scene.voxel_size)
+            for method, poses in solve_all(scene, config).items():
+                errors.setdefault(method, []).append(pose_errors(poses, scene.truth))
+        errors = {method: np.concatenate(each) for method, each in errors.items()}
+        tried = [errors.pop((MULTIWAY, distance)) for distance in DISTANCES]
+        errors[MULTIWAY] = min(tried, key=np.median)
+        found[count, overlap] = errors
+    return found
+
+
+def pose_errors(poses, truth):
+    """Return how far each rotation is off (K,) [deg], the common turn that fits best left out."""
+    both = zip(poses, truth, strict=True)
+    off = Rotation.from_matrix([(T @ se3.inverse(t))[:3, :3] for T, t in both])
+    return np.degrees((off.mean().inv() * off).magnitude())
+
+
+def ring_goals(found):
+    """Return a `Goal` for the median and the p90 of each ring, against the best other method."""
+    goals = []
+    for (count, overlap), errors in found.items():
+        for name, share in (('median', 0.5), ('p90', 0.9)):
+            at = {method: float(np.quantile(each, share)) for method, each in errors.items()}
+            best = min(value for method, value in at.items() if method != JOINT)
+            figure = f'{count} scans, overlap {overlap:.0%}: {name} over the best other'
+            goals.append(Goal(figure, at[JOINT] / best, RATIO))
+    return goals
+
+
+def rings_table(found):
+    """Return the rings' errors as a Markdown table: median / p90."""
+    methods = JOINT, CHAIN, GRAPH, MULTIWAY
+    rows = [
+        [f'{count} scans, {overlap:.0%}', *(_median_and_p90(errors[each]) for each in methods)]
+        for (count, overlap), errors in found.items()
+    ]
+    return table(('ring', *(f'{method} [deg]' for method in methods)), rows)
+
+
+def dragon_goals(config):
+    """Return the `Goal`s of the dragon's ring; none without its scans."""
+    scene = dragon()
+    if scene is None:
+        return []
+    config = replace(config, voxel_size=scene.voxel_size)
+    result = register_all(scene.clouds, scene.starts, config)
+    count = len(scene.clouds)
+    errors = [_relative(result.poses, scene.truth, k, (k + 1) % count) for k in range(count)]
+    seconds, used = _times(scene, config)
+    return [
+        Goal('dragon: median of neighbours', float(np.median(errors)), DRAGON_MEDIAN, 'deg'),
+        Goal('dragon: worst of neighbours', max(errors), DRAGON_MOST, 'deg'),
+        Goal('dragon: time on two cores', seconds, DRAGON_S, 's'),
+        Goal('dragon: time of the processor', used, 2 * DRAGON_S, 's'),
+    ]
+
+
+def lidar_goals(config):
+    """Return the `Goal`s of scans of a street that all overlap."""
+    scene = lidar_scans(FIRST_SEED, LIDARS)
+    seconds, used = _times(scene, replace(config, voxel_size=scene.voxel_size))
+    return [
+        Goal(f'{LIDARS} LiDAR scans: time on two cores', 1e3 * seconds, LIDARS_MS, 'ms'),
+        Goal(f'{LIDARS} LiDAR scans: processor', 1e3 * used, 2 * LIDARS_MS, 'ms'),
+    ]
+
+
+def _times(scene, config):
+    """Return the least time of a solve, raw points to poses, and of the processor's [s].
+
+    Without verdicts, which audit every edge.
+    """
+    config = replace(config, threads=2, assessment='none')
+    taken = []
+    for _ in range(RUNS):
+        clouds = [Cloud(points) for points in scene.clouds]
+        begin = perf_counter(), process_time()
+        register_all(clouds, scene.starts, config)
+        taken.append((perf_counter() - begin[0], process_time() - begin[1]))
+    return np.min(taken, axis=0).tolist()
+
+
+def _relative(poses, truth, i, j):
+    off = se3.inverse(se3.inverse(truth[i]) @ truth[j]) @ se3.inverse(poses[i]) @ poses[j]
+    return float(np.degrees(se3.rotation_angle(off)))
+
+
+def _median_and_p90(errors):
+    return f'{number(np.median(errors))} / {number(np.quantile(errors, 0.9))}'

@@ -1,0 +1,134 @@
+"""Poses of several clouds by each method: at once, by pairs in a chain, by a graph of pairs."""
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.sparse import lil_matrix
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from benchmarks.case import Case
+from benchmarks.methods import Setting, peer_solvers
+from idem_ros.core import Cloud, register, register_all
+from idem_ros.core.geometry import se3
+
+JOINT, CHAIN, GRAPH, MULTIWAY = 'at once', 'chain of pairs', 'graph of pairs', 'multiway GICP'
+DISTANCES = (1.0, 3.0)  # correspondence distances of GICP to choose from, in spacings
+
+
+def solve_all(scene, config):
+    """Return {method: (K, 4, 4) poses}; of multiway GICP one for each `DISTANCES`.
+
+    The graphs start from the truth, so that nothing but their edges decides.
+    """
+    clouds = [Cloud(points) for points in scene.clouds]
+    edges = {pair: _registered(clouds, scene, pair, config) for pair in scene.pairs}
+    count = len(clouds)
+    found = {
+        JOINT: register_all(clouds, scene.starts, config).poses,
+        CHAIN: _chained([edges[min(k, k + 1), k + 1].T_target_source for k in range(count - 1)]),
+    }
+    weighed = [
+        (*pair, result.T_target_source, _root(result.assessment.covariance))
+        for pair, result in edges.items()
+        if result.is_usable or pair[1] - pair[0] == 1
+    ]
+    found[GRAPH] = solved_graph(weighed, scene.truth)
+    for distance in DISTANCES:
+        found[MULTIWAY, distance] = _multiway(scene, distance)
+    return found
+
+
+def solved_graph(edges, truth):
+    """Return the poses that edges (i, j, T_i_j, root) agree on; root.T whitens x y z rx ry rz."""
+    count = len(truth)
+    scale = np.linalg.norm(np.array([T[:3, 3] for *_, T, _ in edges]), axis=1).mean() or 1.0
+
+    def poses(parameters):
+        """Return the (K, 4, 4) poses; the first is held."""
+        moves = parameters.reshape(-1, 6) * np.r_[np.full(3, scale), np.ones(3)]
+        return np.array(
+            [
+                truth[0],
+                *(_moved(T, move) for T, move in zip(truth[1:], moves, strict=True)),
+            ]
+        )
+
+    def residuals(parameters):
+        """Return how far each edge is from its measurement, whitened."""
+        at = poses(parameters)
+        return np.concatenate(
+            [root.T @ _off(se3.inverse(at[i]) @ at[j], T) for i, j, T, root in edges]
+        )
+
+    sparsity = lil_matrix((6 * len(edges), 6 * (count - 1)), dtype=int)
+    for row, (i, j, *_) in enumerate(edges):
+        for k in (i, j):
+            if k:
+                sparsity[6 * row : 6 * row + 6, 6 * k - 6 : 6 * k] = 1
+    solved = least_squares(
+        residuals, np.zeros(6 * (count - 1)), jac_sparsity=sparsity, x_scale='jac'
+    )
+    return poses(solved.x)
+
+
+def _registered(clouds, scene, pair, config):
+    i, j = pair
+    guess = se3.inverse(scene.starts[i]) @ scene.starts[j]
+    return register(clouds[i], clouds[j], guess, config)
+
+
+def _chained(steps):
+    poses = [np.eye(4)]
+    for T in steps:
+        poses.append(poses[-1] @ T)
+    return np.array(poses)
+
+
+def _multiway(scene, distance):
+    """Return poses as Open3D's multiway registration has them, pairs by GICP.
+
+    Each edge weighs as its correspondences do: the information of point-to-point distances.
+    """
+    edges = []
+    for i, j in scene.pairs:
+        guess = se3.inverse(scene.starts[i]) @ scene.starts[j]
+        truth = se3.inverse(scene.truth[i]) @ scene.truth[j]
+        case = Case(f'{i}-{j}', scene.clouds[i], scene.clouds[j], truth, scene.voxel_size)
+        ((_, solve),) = peer_solvers(case, [Setting('GICP', distance)])
+        T, _ = solve(guess)
+        edges.append((i, j, T, _root(np.linalg.inv(_information(case, T, distance)))))
+    return solved_graph(edges, scene.truth)
+
+
+def _information(case, T, distance):
+    """Return sum [I, -[x]x]^T [I, -[x]x] over the source's points that have a correspondence."""
+    target, source = (
+        Cloud(points).reduced(case.voxel_size) for points in (case.target, case.source)
+    )
+    placed = se3.transform_points(T, source.points + source.origin)
+    tree = cKDTree(target.points + target.origin)
+    near = tree.query(placed, distance_upper_bound=distance * case.spacing)[0]
+    x = placed[np.isfinite(near)] - T[:3, 3]  # about the source's origin, as the covariance is
+    information = 1e-9 * np.eye(6)
+    information[:3, :3] += len(x) * np.eye(3)
+    skew = se3.skew(x.sum(axis=0))
+    information[3:, :3] += skew
+    information[:3, 3:] += skew.T
+    information[3:, 3:] += (x * x).sum() * np.eye(3) - x.T @ x
+    return information
+
+
+def _root(covariance):
+    return np.linalg.cholesky(np.linalg.inv(covariance))
+
+
+def _moved(T, move):
+    result = T.copy()
+    result[:3, :3] = Rotation.from_rotvec(move[3:]).as_matrix() @ T[:3, :3]
+    result[:3, 3] += move[:3]
+    return result
+
+
+def _off(T, measured):
+    turn = Rotation.from_matrix(T[:3, :3] @ measured[:3, :3].T).as_rotvec()
+    return np.r_[T[:3, 3] - measured[:3, 3], turn]
