@@ -6,6 +6,7 @@ where the sweep then reaches to within half of itself of the stamp, else from wh
 counts from. Whatever contradicts that is no time, and it is said why.
 """
 
+import math
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -112,14 +113,14 @@ def _times_of(values, name, points, stamp, rule):
     low, high = (Fraction(each.item()) for each in (values.min(), values.max()))
     if low == high:
         raise NoTimes(f'all {len(values)} are the same, {float(low):.10g}')
-    unit = _unit(values, name, float(high - low)) if rule.unit == AUTO else rule.unit
-    span = float((high - low) * NANOSECONDS[unit]) / 1e9
+    unit = _unit(values, name, _float(high - low)) if rule.unit == AUTO else rule.unit
+    span = _float((high - low) * NANOSECONDS[unit] / 10**9)
     if span > LONGEST:
         why = (
             'they roll over, or are of two sweeps' if _leaps(values) else 'no sweep lasts so long'
         )
         raise NoTimes(f'they last {span:.3g} s in {unit}: {why}')
-    begin, since = _begin(float(low * NANOSECONDS[unit]), span, stamp, low, unit, rule)
+    begin, since = _begin(low * NANOSECONDS[unit], span, stamp, rule)
     times = _from_low(values, values.min()) * (NANOSECONDS[unit] / 1e9) + begin
     require_order(times, span, points)
     said = f'field {name} ({values.dtype}) in {unit}, {since}; {_place(begin, span)}'
@@ -144,20 +145,20 @@ def _unit(values, name, span):
 
 def _leaps(values):
     """Whether values leave out more than half of what they span, in one piece."""
-    low = values.min()
-    share = _from_low(values, low) / float(values.max() - low)
+    after_low = _from_low(values, values.min())
+    share = after_low / after_low.max()
     filled = np.flatnonzero(np.bincount((share * (BINS - 1)).astype(np.int64)))
     return len(values) > LEAST_OF_BIN and np.diff(filled).max() > LEAP * BINS
 
 
-def _begin(low, span, stamp, exact, unit, rule):
+def _begin(low, span, stamp, rule):
     """Return when a sweep begins [s after the stamp], and what its values count from.
 
-    low: the first [ns], in the field's own count; exact: in its unit, a `Fraction`.
+    low: the first [ns], in the field's own count; a `Fraction`.
     """
     if rule.stamp_at != AUTO:
         return STAMP_AT[rule.stamp_at] * span, f'by point_time.stamp_at {rule.stamp_at}'
-    relative, absolute = low / 1e9, float(exact * NANOSECONDS[unit] - stamp) / 1e9
+    relative, absolute = _float(low / 10**9), _float((low - stamp) / 10**9)
     if _gap(relative, span) <= REACH * span:
         return relative, 'counted from the stamp'
     if not stamp:
@@ -186,7 +187,16 @@ def _from_low(values, low):
     """Return how far values are from the lowest, exactly for whole numbers of any size."""
     if values.dtype.kind == 'f' or values.dtype.itemsize < 8:
         return values.astype(np.float64) - float(low)
-    return (values - low).astype(np.float64)
+    # modulo 2^64, where no difference overflows
+    return (values.view(np.uint64) - low.view(np.uint64)).astype(np.float64)
+
+
+def _float(number):
+    """Return a `Fraction` as a float, be it infinite."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
 
 
 def require_order(times, span, points):

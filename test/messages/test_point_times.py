@@ -108,3 +108,19 @@ def test_fields_of_times_are_found_by_the_names_that_drivers_use():
     assert time_fields(names) == [4, 1]
     assert time_fields(names, 'Timestamp') == [1]
     assert time_fields(['x', 'y', 'z', 'intensity']) == []
+
+
+@pytest.mark.parametrize('dtype', ['i1', 'u1', 'i2', 'u2', 'i4', 'u4', 'i8', 'u8', 'f4', 'f8'])
+@pytest.mark.filterwarnings('error')
+def test_whatever_bytes_a_field_holds_they_are_times_of_a_sweep_or_refused(dtype):
+    rng = np.random.default_rng(2)
+    for count in [1, 2, 3, 60] * 25:
+        values = np.frombuffer(rng.bytes(count * int(dtype[1])), dtype)
+        unit = rng.choice(['auto', 's', 'ns'])
+        rule = SimpleNamespace(unit=unit, stamp_at=rng.choice(['auto', 'end']))
+        try:
+            times, _ = times_of(values, 'time', rng.normal(size=(count, 3)), STAMP, rule)
+        except NoTimes:
+            continue
+        assert np.isfinite(times).all()
+        assert np.ptp(times) <= 1.0
