@@ -98,6 +98,10 @@ class _Lane:
     results: Spool = field(default_factory=Spool)
     """Of (log time, `Refinement`)."""
     refused: Spool = field(default_factory=Spool)
+    lost: int = 0
+    """How many sources were lost, see `Refinement.lost`."""
+    why_lost: str = ''
+    """Of the first of them."""
 
     def outcome(self, item):
         """Return a `Refinement`, a `Refusal`, or None of the first scan."""
@@ -111,6 +115,13 @@ class _Lane:
             self.refused.append(outcome)
         elif outcome is not None:
             self.results.append((log_time, replace(outcome, took_part=None)))
+            self.lost += bool(outcome.lost)
+            self.why_lost = self.why_lost or outcome.lost
+
+    def notes(self):
+        """Yield what a reader should know of what came of it."""
+        if self.lost:
+            yield f'{self.lost} sources were lost; the first: {self.why_lost}'
 
 
 @dataclass
@@ -176,7 +187,7 @@ class _Pass:
             topics=self.pairing.topics,
             frames=Frames(lane.results, truth_of),
             refused=Spool(chain(self.pairing.refused, lane.refused)),
-            notes=notes,
+            notes=(*notes, *lane.notes()),
             method=lane.settings.method,
             interrupted=interrupted,
             sequence=sequence,

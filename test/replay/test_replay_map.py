@@ -75,6 +75,29 @@ def test_who_starts_far_off_is_lost_only_after_a_usable_result(folder):
     assert lost == [not ok and any(usable[:i]) for i, ok in enumerate(usable)]
 
 
+def test_a_sensor_gone_wrong_is_lost_and_a_note_says_since_when_and_why(folder, tmp_path):
+    rng = np.random.default_rng(9)
+    messages = []
+    for i, x in enumerate((0.0, 5.0, 10.0, 15.0), start=1):
+        scan, truth = scan_at((x, 5.0), 35.0, rng)
+        scan = scan if i < 3 else rng.uniform(-30.0, 30.0, (5000, 3))
+        messages.append(('/source', i * STEP, cloud_message(scan, i * STEP, 'lidar')))
+        if i == 1:
+            first = transform_message(guess_near(truth, rng), 0, 'map', 'lidar')
+            messages.insert(0, ('/initial_guess', 1, first))
+    write_mcap(tmp_path / 'off.mcap', messages)
+    options = '--initial-guess-type', 'last', '--initial-guess-lost-after', '0.05'
+    argv = ['replay', str(tmp_path / 'off.mcap'), '--target-file', str(folder / 'map.npy')]
+    out = tmp_path / 'r.json'
+    assert main([*argv, '--voxel-size', '0.5', *options, '--json', str(out)]) == 0
+    result = json.loads(out.read_text())
+    lost = [i for i, frame in enumerate(result['frames']) if 'lost' in frame]
+    assert lost
+    assert lost[-1] == 3
+    note = next(each for each in result['notes'] if 'were lost' in each)
+    assert note.startswith(f'{len(lost)} sources were lost; the first: no usable result for')
+
+
 @pytest.mark.parametrize(
     ('options', 'code', 'says'),
     [
