@@ -4,6 +4,7 @@ import numpy as np
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry.moves import moved_in_time
+from idem_ros.core.maps.map_cloud import MapCloud
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.registration import register
 
@@ -15,7 +16,8 @@ def warm_up(motion: str = 'none') -> None:
         motion: of the `RegistrationConfig` to come; what undoes a motion is left out with none.
     """
     points = np.random.default_rng(0).random((64, 3))
-    register(points, points, config=RegistrationConfig(voxel_size=0.1, max_iterations=1))
+    for target in (points, MapCloud(points)):
+        register(target, points, config=RegistrationConfig(voxel_size=0.1, max_iterations=1))
     register(points, points, config=RegistrationConfig(radius_schedule=(1.0,), max_iterations=1))
     if motion == 'none':
         return

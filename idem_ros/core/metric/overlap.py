@@ -20,6 +20,7 @@ class Overlap(NamedTuple):
     of_source: float  # of the source's points
     of_target: float  # of those of the target's points that lie within the source's extent
     most: float  # of all points of that cloud of which more do, never of a map's
+    in_map: bool  # whether one of the two is a map to the other
 
 
 def overlap_of(
@@ -45,14 +46,15 @@ def overlap_of(
     of_source = float(meets[1].mean())
     of_target = float(meets[0][inside].mean()) if inside.any() else 0.0
     if target.is_part:
-        return Overlap(of_source, of_source, of_target, of_source)
+        return Overlap(of_source, of_source, of_target, of_source, in_map=True)
     back = _within_extent(source.points, target.points, T_target_source, radius)
     target_is_map, source_is_map = inside.mean() < WITHIN, back.mean() < WITHIN
     of_each = float(meets[0].mean()), of_source
     if target_is_map == source_is_map:
-        return Overlap(float(np.concatenate(meets).mean()), of_source, of_target, max(of_each))
+        both = float(np.concatenate(meets).mean())
+        return Overlap(both, of_source, of_target, max(of_each), in_map=False)
     of_scan = of_each[1 if target_is_map else 0]
-    return Overlap(of_scan, of_source, of_target, of_scan)
+    return Overlap(of_scan, of_source, of_target, of_scan, in_map=True)
 
 
 def _within_extent(points: Points, others: Points, T: Transform, radius: float) -> Mask:

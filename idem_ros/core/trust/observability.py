@@ -47,6 +47,7 @@ NORMALS = 2.0  # variances of a normal
 EXACT = 1e4  # variances of a normal: what is known as well as that is told from any pattern
 MOST_TURN = 0.5  # of a unit motion's square: more is a turn
 HOLDING = 0.5  # of what a motion moves a surface along its normal at most: such determine it
+FEW = 16  # balls that alone do not tell what determines a motion
 ROUNDING = 1e-9  # what exact surfaces, or no surface at all, leave of the strength of others
 LEAST_BALLS = 100  # fewer may happen to lie in one plane
 SAMPLE = 1024  # centres of each cloud, about
@@ -106,12 +107,14 @@ class Observability(NamedTuple):
     def determined_by(self, k: Integer) -> tuple[Twist, tuple[Indices, Indices]]:
         """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
 
-        That which it moves most; and which centres, of the target and of the source, it moves by
+        That which it moves most, but for a few: a ball on an edge may have any normal, and a
+        distant one a long arm. And which centres, of the target and of the source, it moves by
         more than half of that: those that determine it.
         """
         of_target, of_source = self.centres
         along = np.abs(self.along[:, k])
-        most = along.max(initial=0.0)
+        few = min(FEW, len(along))
+        most = np.partition(along, -few)[-few] if few else 0.0
         if most == 0.0:
             return self.motions[:, k], (of_target[:0], of_source[:0])
         those = np.flatnonzero(along > HOLDING * most)

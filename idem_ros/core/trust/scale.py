@@ -18,8 +18,12 @@ from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.metric.moments import covariance, row_of
+from idem_ros.core.metric.overlap import Overlap
 
 LEAST_MET = 0.55  # right results of scans from two sides have 0.45 and more
+# Of a scan in a map: the map has more within its extent than the scan can see, but where so much
+# of the scan meets, another scale would show.
+LEAST_IN_MAP = 0.7
 # Of how far growing moves points, how far along their surfaces' normals (upper quartile): right
 # results with as little met have 0.40 and more, walls on walls at a wrong scale up to 0.29.
 LEAST_GROWTH = 0.34
@@ -29,14 +33,19 @@ FLAT = 4.0  # least second variance of a surface over its first
 SAMPLE = 2000  # balls of each cloud, about
 
 
-def scale_left_open(balls: Balls, reach: Floats, T_target_source: Transform) -> str:
+def scale_left_open(
+    balls: Balls, reach: Floats, overlap: Overlap, T_target_source: Transform
+) -> str:
     """Say why a pose may be that of a cloud of another scale; empty where nothing speaks for it.
 
     Args:
         balls: `Balls` of the last radius.
         reach: (N + M,): points of the other cloud in reach of the target's and of the source's.
+        overlap: the `Overlap` there.
         T_target_source: (4, 4) the pose, between the clouds' origins.
     """
+    if overlap.in_map and overlap.most >= LEAST_IN_MAP:
+        return ''
     sides = (balls.target, np.eye(4)), (balls.source, T_target_source)
     of_each = np.split(reach, [len(balls.target.order)])
     # what meets lies within the extent: where most do, most of those there do

@@ -63,7 +63,9 @@ def judged_in_scope(
             said, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
         )
     reason = (
-        scale_left_open(balls, agreement.reach, T) if said.p_aligned >= LEAST_PROBABILITY else ''
+        scale_left_open(balls, agreement.reach, agreement.overlap, T)
+        if said.p_aligned >= LEAST_PROBABILITY
+        else ''
     )
     if reason:
         return replace(said, verdict=Verdict.LOW_OVERLAP, p_aligned=np.nan, reason=reason)

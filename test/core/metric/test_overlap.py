@@ -67,7 +67,7 @@ def test_a_stray_does_not_stretch_the_extent(rng):
 
 def test_clouds_that_do_not_meet_have_none(rng):
     found = overlap_at(sheet(rng, 50, 0.0, 1.0), sheet(rng, 50, 9.0, 10.0))
-    assert found == (0.0, 0.0, 0.0, 0.0)
+    assert found == (0.0, 0.0, 0.0, 0.0, False)
 
 
 def test_a_cloud_however_much_larger_than_the_scan_is_aligned():

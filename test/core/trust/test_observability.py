@@ -9,7 +9,7 @@ from benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, register
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import between_origins
-from idem_ros.core.trust.observability import observability_of, unit_motions
+from idem_ros.core.trust.observability import Observability, observability_of, unit_motions
 from idem_ros.core.trust.surfaces import SURFACE, _normal
 
 TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
@@ -135,3 +135,15 @@ def test_exact_planes_and_lines_hold_nothing_along_themselves(rng, flat, free):
     assert len(result.free_motions) == free
     assert 'one plane' in result.assessment.reason
     np.testing.assert_allclose(result.T_target_source[flat, 3], 0.0, atol=1e-6)
+
+
+def test_a_few_balls_alone_do_not_tell_what_determines_a_motion():
+    along = np.r_[9.0, 7.0, np.ones(50), np.zeros(50)][:, None] * np.ones(6)
+    centres = np.arange(60), np.arange(42)
+    seen = Observability(
+        *(np.ones(6), np.zeros(6), np.ones(6), 0.0, np.eye(6), np.eye(6), 1.0, along, centres),
+        np.ones(6, bool),
+    )
+    motion, (of_target, of_source) = seen.determined_by(2)
+    assert motion.tolist() == np.eye(6)[2].tolist()
+    assert (of_target.tolist(), of_source.tolist()) == (list(range(52)), [])
