@@ -94,7 +94,8 @@ def _pairs_table(outcomes):
         groups[kind] = [each for each in outcomes if each.kind == kind]
     fewest = min(each.rings for each in outcomes)
     groups[f'{fewest} rings'] = [each for each in outcomes if each.rings == fewest]
-    groups['more rings'] = [each for each in outcomes if each.rings > fewest]
+    if more := [each for each in outcomes if each.rings > fewest]:
+        groups['more rings'] = more
     ways = list(dict.fromkeys(each.way for each in outcomes))
     rows = []
     for name, of_group in groups.items():

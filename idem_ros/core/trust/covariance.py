@@ -158,7 +158,9 @@ def linearized(
     """
     sums = tuple(np.zeros((2, count, SUMS)))
     sides = cost.balls.sides(T, pairs)
-    linearize(sides, se3.both_ways(T), cost.ball_cost, chosen, regions, sums)
+    # tuples: of lists the kernel would be compiled once more
+    some = tuple(chosen), tuple(regions)
+    linearize(sides, se3.both_ways(T), cost.ball_cost, *some, sums)
     _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
     return pulls, stiffness
 
