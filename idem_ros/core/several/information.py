@@ -49,8 +49,10 @@ def joint_covariance(cost: 'JointCost', poses: Transforms) -> Floats:
     x y z rx ry rz of each, in the common frame's axes, about the frame's own origin; zero for
     what is held.
     """
-    pulls, _ = _by_region(cost.balls, cost.ball_cost, poses)
     system = cost.system(poses)
+    if len(system.free) == 0:
+        return np.zeros((6 * len(poses), 6 * len(poses)))
+    pulls, _ = _by_region(cost.balls, cost.ball_cost, poses)
     moves = system.solved(_of_free(pulls, poses, system))
     found = moves @ moves.T / _curvature(cost, poses, system, moves) ** 2
     if cost.known.priors:

@@ -36,6 +36,8 @@ class JointSystem(NamedTuple):
 
     def solved(self, right: Floats) -> Floats:
         """Return the solution (6 F,) or (6 F, n) of the equations with another right-hand side."""
+        if len(self.free) == 0:
+            return np.zeros_like(right)
         diagonal = self.matrix.diagonal()
         scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         scaled = sparse.diags(scale) @ self.matrix @ sparse.diags(scale)

@@ -119,6 +119,14 @@ def test_held_clouds_stay(ring):
     assert worst(result.poses, truth)[0] < 0.2
 
 
+def test_where_all_are_held_nothing_moves_and_all_is_judged(ring):
+    scans, truth, _ = ring
+    result = register_all(scans, truth, RegistrationConfig(voxel_size=None), held=range(5))
+    np.testing.assert_array_equal(result.poses, truth)
+    assert result.is_usable
+    assert not result.covariance.any()
+
+
 def test_clouds_that_do_not_hang_together_are_named_and_each_part_solved(ring):
     scans, truth, starts = ring
     far = se3.translation(np.array([50.0, 0.0, 0.0]))
