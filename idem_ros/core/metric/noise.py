@@ -59,6 +59,18 @@ def share_of_sheets(own: MomentRows) -> float:
     return len(squares) / max(len(members), 1)
 
 
+def isotropy(own: MomentRows) -> float:
+    """Return how alike the balls spread along their axes: 0 on a surface, 1 in a volume.
+
+    The median over the balls of a few points of 9 det(S) / (minors(S) trace(S)), S the covariance
+    of a ball and minors the sum of its principal ones.
+
+    own: (N, 10) moments of the balls.
+    """
+    shapes = _isotropies(own)
+    return quantile(shapes, 0.5) if len(shapes) else 0.0
+
+
 def quantile(values: Floats, share: float) -> float:
     """Return what `np.quantile` does, a hundred microseconds sooner."""
     at = share * (len(values) - 1)
@@ -86,3 +98,19 @@ def _of_sheets(own: MomentRows) -> tuple[Floats, Floats]:
             squares[n] = max(determinant(s), 0.0) / minors * k / (k - 3.0)
             n += 1
     return squares[:n], members[:m]
+
+
+@kernel
+def _isotropies(own: MomentRows) -> Floats:
+    """Return the isotropy of each ball that holds a few points."""
+    found = np.empty(len(own))
+    n = 0
+    for i in range(len(own)):
+        if own[i, 0] < LEAST_MEMBERS:
+            continue
+        s = xx, xy, xz, yy, yz, zz = covariance(row_of(own, i))
+        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+        if minors > 0.0:
+            found[n] = 9.0 * max(determinant(s), 0.0) / (minors * (xx + yy + zz))
+            n += 1
+    return found[:n]

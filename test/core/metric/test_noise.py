@@ -4,6 +4,7 @@ import pytest
 from clouds import motion, surface
 
 from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core.metric import noise
 from idem_ros.core.metric.cloud import neighbourhoods
 from idem_ros.core.metric.moments import covariance
 from idem_ros.core.metric.noise import widening
@@ -61,3 +62,23 @@ def test_members_along_lines_are_not_asked_for_noise(rng):
     cloud = Cloud(np.vstack([rings + (0, 0, 5), sheet]))
     thickness, _ = cloud.thickness(0.06)
     assert 0.8 * 0.004 < thickness < 1.1 * 0.004
+
+
+@pytest.mark.parametrize('size', [(1, 1, 1), (1, 1, 0.2), (1, 1, 0.01), (1, 0.02, 0.01)])
+def test_isotropy_is_that_of_the_covariances_of_the_balls(rng, size):
+    cloud = Cloud(rng.normal(size=(400, 3)) * size)
+    own = neighbourhoods([cloud], 0.5)[0]
+    expected = []
+    for moments in own.own:
+        values = np.linalg.eigvalsh(naive.symmetric(covariance(tuple(moments))))
+        minors = values[0] * values[1] + values[0] * values[2] + values[1] * values[2]
+        if moments[0] >= noise.LEAST_MEMBERS:
+            expected.append(9 * values.prod() / (minors * values.sum()))
+    assert noise.isotropy(own.own) == pytest.approx(np.median(expected), rel=1e-6)
+
+
+def test_a_plane_is_no_volume_and_points_at_random_are(rng):
+    volume = Cloud(rng.random((3000, 3)))
+    assert noise.isotropy(neighbourhoods([Cloud(plane(rng, 0.002))], 0.05)[0].own) < 0.1
+    assert noise.isotropy(neighbourhoods([volume], 0.15)[0].own) > 0.8
+    assert noise.isotropy(np.zeros((5, 10))) == 0.0

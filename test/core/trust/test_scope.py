@@ -118,3 +118,23 @@ def test_a_scan_from_the_other_side_that_sees_half_of_a_thing_is_aligned(rng, tr
     source = transform_points(inverse(truth), halves[1])
     config = RegistrationConfig(voxel_size=0.05)
     assert register(halves[0], source, truth, config).assessment.verdict is Verdict.ALIGNED
+
+
+@pytest.mark.parametrize('count', [200, 1000, 5000, 20_000])
+@pytest.mark.parametrize('spread', ['normal', 'uniform'])
+def test_of_points_that_fill_a_volume_nothing_is_promised(count, spread):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        target, source = (getattr(rng, spread)(size=(count, 3)) for _ in range(2))
+        result = register(target, source)
+        assert not result.is_usable
+        assert not result.assessment.p_aligned >= 0.5
+        if result.assessment.verdict is Verdict.NOT_CONVERGED:
+            assert 'no surfaces' in result.assessment.reason
+
+
+def test_noise_around_a_room_is_not_taken_for_a_volume(room_pair, rng):
+    target, source = (
+        np.vstack([each, rng.uniform(0, 5, (len(each) // 10, 3))]) for each in room_pair
+    )
+    assert 'no surfaces' not in register(target, source, config=CONFIG).assessment.reason
