@@ -3,7 +3,7 @@
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, docs, maps, several, sweeps, unseen, voxels
+from benchmarks.commands import beyond, docs, maps, several, sweeps, tunnels, unseen, voxels
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -72,6 +72,7 @@ def _parser():
     add_output_options(report)
     report.set_defaults(run=_report)
     sweeps.add_parser(kinds)
+    tunnels.add_parser(kinds)
     beyond.add_parsers(kinds)
     docs.add_parser(kinds)
     return parser
