@@ -16,11 +16,12 @@ from idem_ros.core.solve.pair import Pair
 from idem_ros.core.stages import descend
 from idem_ros.core.trust.observability import FIRM, Observability, observability_of
 from idem_ros.core.trust.pattern import pattern_lines
-from idem_ros.core.trust.slide import Slide, slide_along
+from idem_ros.core.trust.slide import MANY_VOTES, Slide, slide_along
 from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
 
 WEAK = 0.06  # strength: a pattern that locks holds by up to 0.05, real towns by 0.1 and more
 GENTLE = 0.0005  # of the strength, of surfaces not across: bare scenes have half of that at most
+MOSTLY = 0.15  # of the strength: plains have 0.2 and more, where a few surfaces hold 0.1
 REACH = 2.0  # of the first radius
 SETTLED = 0.5  # of the radius: how far the last stage may go on from where surfaces coincide
 ALL_SHEETS = 0.9  # of the balls: the others are too few lines to be a pattern
@@ -47,7 +48,7 @@ def held_to_guess(
         free = 0 < seen.observable.sum() < 6
         return (descend(pair, T_guess, seen.held) if free else descent), seen
     k, way = weak
-    if _is_firm(seen, k) and not _is_locked(pair, descent, way):
+    if _is_firm(seen, k) and not _is_doubtful(pair, descent, way):
         return descent, seen
     return _slid(pair, T_guess, seen.motions[:, np.arange(6) != k], way)
 
@@ -92,16 +93,18 @@ def _weak_direction(seen: Observability) -> tuple[int, Point] | None:
 
 def _is_firm(seen: Observability, k: int) -> bool:
     """Whether much holds a motion, or many surfaces that lean a little: the hills of a plain."""
-    return bool(seen.strength[k] >= FIRM or seen.gentle[k] >= GENTLE)
+    strength, gentle = seen.strength[k], seen.gentle[k]
+    return bool(strength >= FIRM or gentle >= max(GENTLE, MOSTLY * strength))
 
 
-def _is_locked(pair: Pair, descent: Descent, way: Point) -> bool:
-    """Whether it is the sensor's pattern that coincides along a way where a descent ended."""
+def _is_doubtful(pair: Pair, descent: Descent, way: Point) -> bool:
+    """Whether the sensor's pattern coincides where a descent ended, or surfaces do elsewhere."""
     assert descent.cost is not None, 'it was gone through'
-    if min(share_of_sheets(cloud.own) for cloud in descent.cost.balls.clouds) > ALL_SHEETS:
+    balls = descent.cost.balls
+    if min(share_of_sheets(cloud.own) for cloud in balls.clouds) > ALL_SHEETS:
         return False
-    _, is_locked = _slides(pair, descent, way)
-    return is_locked(0.0)
+    slide, is_locked = _slides(pair, descent, way)
+    return is_locked(0.0) or (slide.is_clear() and abs(slide.way) > balls.radius)
 
 
 def _slid(
@@ -141,5 +144,5 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
         for side, cloud in enumerate(balls.clouds)
     )
     pattern, near = slide_along(lines, source_lines, *place), LOCKED * balls.radius
-    rules = pattern.is_clear() and pattern.votes > RULED * slide.votes
+    rules = pattern.votes >= MANY_VOTES and pattern.votes > RULED * slide.votes
     return slide, lambda other: rules and abs(other - pattern.way) < near

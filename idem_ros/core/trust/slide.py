@@ -18,9 +18,9 @@ from idem_ros.core.trust.surfaces import ACROSS
 ALIKE = 0.8  # least cosine between two normals
 BIN, BLUR = 0.075, (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25)  # of the radius; weights of bins
 MOST = 2000  # surfaces of either cloud
-# Without a rival, bare tunnels, facades and planes give up to 4 votes where no pattern coincides,
+# Without a rival, bare tunnels, facades and planes give up to 8 votes where no pattern coincides,
 # and with one 18 (`python -m benchmarks tunnels`).
-LEAST_VOTES, MOST_RIVAL, MANY_VOTES = 7.0, 0.5, 18.0
+LEAST_VOTES, MOST_RIVAL, MANY_VOTES = 9.0, 0.5, 18.0
 
 
 class Slide(NamedTuple):
