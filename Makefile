@@ -157,6 +157,7 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks ablate --markdown docs/bench_ablate.md
 	$(BIN)/python -m benchmarks trust --markdown docs/bench_trust.md
 	$(BIN)/python -m benchmarks sweeps --markdown docs/bench_sweeps.md
+	$(BIN)/python -m benchmarks tunnels --markdown docs/bench_tunnels.md
 	$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
 
 # build/lib is removed: setuptools would pack what is no longer in the checkout
