@@ -104,7 +104,13 @@ class _Files(IndexDataCacheFile):
         super().save(key, ((self._source_stamp, key), code))
 
     def _load_index(self) -> dict[Any, str]:
-        return super()._load_index() if _is_whole(self._index_path) else {}
+        if not _is_whole(self._index_path):
+            return {}
+        try:
+            return super()._load_index()
+        except Exception as error:  # it names what stood elsewhere in an earlier version
+            LOG.debug('%s is written anew: %r', self._index_path, error)
+            return {}
 
     def _load_data(self, name: str) -> Any:
         path = self._data_path(name)

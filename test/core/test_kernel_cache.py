@@ -5,8 +5,10 @@ import pickle
 import runpy
 import tempfile
 from contextlib import contextmanager
+from hashlib import sha256
 from pathlib import Path
 
+import numba
 import pytest
 
 from idem_ros.core.kernel_cache import kept_in_words
@@ -107,6 +109,16 @@ def test_damaged_file_is_compiled_anew_and_replaced(start, place, kind, damaged)
     assert start() == (6, False)
     file = kept(place, kind)
     file.write_bytes(damaged(file.read_bytes()))
+    assert start() == (6, True)
+    assert start() == (6, False)
+
+
+def test_an_index_that_names_what_an_earlier_version_had_is_written_anew(start, place):
+    assert start() == (6, True)
+    index = kept(place, 'nbi')
+    version = pickle.dumps(numba.__version__)
+    content = version + b'\x80\x04\x8c\x0cgone_with_it\x8c\x01x\x93.'  # gone_with_it.x
+    index.write_bytes(content + sha256(content).digest())
     assert start() == (6, True)
     assert start() == (6, False)
 
