@@ -123,18 +123,20 @@ def fit_of(points: Points) -> Fit | None:
     one_in = max(min(len(points) // SAMPLE, cubes // LEAST_SAMPLED), 1)
     some = _in_chosen(points, edge(step), one_in)
     sampled = points[some] if one_in > 1 and len(some) else points
-    least = min(LEAST_VOXELS, len(points) // 2)
-    coarsest, voxels = _down_the_ladder(sampled, step, one_in, least)
+    distinct = len(np.unique(np.ascontiguousarray(sampled).view('V24')))  # copies add nothing
+    least = min(LEAST_VOXELS, len(points) * distinct // (2 * len(sampled)))
+    coarsest, voxels = _down_the_ladder(sampled, step, one_in, least, ALONE * distinct)
     return Fit(len(points), coarsest, voxels)
 
 
 def _down_the_ladder(
-    sampled: Points, step: int, one_in: int, least: int
+    sampled: Points, step: int, one_in: int, least: int, most: float
 ) -> tuple[int, tuple[int, ...]]:
     """Return the coarsest step that is of use, and how many voxels there are, by finer steps.
 
     By points in one of so many cubes, from a step that is coarse enough. The coarsest has at least
-    so many voxels; where it does not suit it is the next coarser one that does.
+    so many voxels; where it does not suit it is the next coarser one that does. The finest has at
+    most so many of these points.
     """
     cubes = {k: _cubes(sampled, k) for k in range(step, step + WIDENINGS + BALL + 1)}
     while one_in * len(cubes[step]) < least and len(cubes) < MOST_STEPS:
@@ -145,8 +147,7 @@ def _down_the_ladder(
     voxels, step = [one_in * len(cubes[coarsest])], coarsest - 1
     while coarsest not in wider[1:] and len(cubes) < MOST_STEPS:
         cubes[step] = _cubes(sampled, step)
-        alone = len(cubes[step]) > ALONE * len(sampled)
-        if alone or not _suits(cubes, step):
+        if len(cubes[step]) > most or not _suits(cubes, step):
             break
         voxels.append(one_in * len(cubes[step]))
         step -= 1

@@ -136,3 +136,10 @@ def test_a_size_that_is_given_stays(rng):
 def test_another_word_or_no_length_is_refused(given):
     with pytest.raises(InvalidConfig, match="voxel_size is .* or 'auto'"):
         RegistrationConfig(voxel_size=given)
+
+
+@pytest.mark.parametrize('copies', [2, 3])
+def test_copies_of_points_make_no_finer_voxels(rng, copies):
+    points = walls(rng, 6000, 0.005)
+    once, often = (common_voxel_size(fit_of(np.repeat(points, k, 0))) for k in (1, copies))
+    assert once <= often <= 2 * once
