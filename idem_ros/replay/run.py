@@ -114,7 +114,9 @@ class _Lane:
         if isinstance(outcome, Refusal):
             self.refused.append(outcome)
         elif outcome is not None:
-            self.results.append((log_time, replace(outcome, took_part=None)))
+            # of the path of a solve no record is made
+            result = replace(outcome.result, path=outcome.result.path[:0])
+            self.results.append((log_time, replace(outcome, result=result, took_part=None)))
             self.lost += bool(outcome.lost)
             self.why_lost = self.why_lost or outcome.lost
 

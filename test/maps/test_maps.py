@@ -95,7 +95,7 @@ def test_a_tile_that_cannot_be_read_is_named_once_and_the_rest_serves(tiles, poi
         found = opened.points_within(*opened.bounds)
     in_tile = ((points[:, :2] >= 0) & (points[:, :2] < 50)).all(axis=1)
     assert len(found) == len(points) - in_tile.sum()
-    assert [r.getMessage() for r in caplog.records] == [
+    assert [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING] == [
         f'tile left out of the map: {tiles / "0_0.pcd"} cannot be read: it has no line DATA, so '
         'it is no PCD file or cut off'
     ]

@@ -30,7 +30,7 @@ def console(lines):
 def refinement(verdict, reason=''):
     said = SimpleNamespace(verdict=verdict, reason=reason) if verdict else None
     result = SimpleNamespace(assessment=said, status=Status.CONVERGED, converged=True)
-    return SimpleNamespace(result=result)
+    return SimpleNamespace(result=result, lost='')
 
 
 GOOD = refinement(Verdict.ALIGNED)

@@ -13,7 +13,10 @@ from idem_ros.parameters.parameter_file import configs_of, read_parameters
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
 
-FILES = sorted((ROOT / 'config').glob('*.yaml'))
+OTHERS = 'audit', 'diagnostic'  # for another use, or another node
+FILES = [
+    path for path in sorted((ROOT / 'config').glob('*.yaml')) if not path.stem.startswith(OTHERS)
+]
 LARGEST = {  # [deg], [m]: what the comments of the files say, with room for a single pair
     'depth_camera': (0.3, 0.03),
     'lidar_16': (0.2, 0.03),

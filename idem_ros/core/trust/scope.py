@@ -60,16 +60,13 @@ def judged_in_scope(
         agreement: the `Agreement` there.
         T: (4, 4) the pose, between the clouds' origins.
     """
-    reason = out_of_scope(target, source, balls.radius) or _volume(balls)
+    is_good = said.p_aligned >= LEAST_PROBABILITY
+    reason = out_of_scope(target, source, balls.radius) or (_volume(balls) if is_good else '')
     if reason:
         return replace(
             said, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
         )
-    reason = (
-        scale_left_open(balls, agreement.reach, agreement.overlap, T)
-        if said.p_aligned >= LEAST_PROBABILITY
-        else ''
-    )
+    reason = scale_left_open(balls, agreement.reach, agreement.overlap, T) if is_good else ''
     if reason:
         return replace(said, verdict=Verdict.LOW_OVERLAP, p_aligned=np.nan, reason=reason)
     return said

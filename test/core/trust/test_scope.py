@@ -129,8 +129,6 @@ def test_of_points_that_fill_a_volume_nothing_is_promised(count, spread):
         result = register(target, source)
         assert not result.is_usable
         assert not result.assessment.p_aligned >= 0.5
-        if result.assessment.verdict is Verdict.NOT_CONVERGED:
-            assert 'no surfaces' in result.assessment.reason
 
 
 def test_noise_around_a_room_is_not_taken_for_a_volume(room_pair, rng):
