@@ -41,7 +41,7 @@ from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
 from idem_ros.core.solve.sweep import Sweep, sweep_of
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
-from idem_ros.core.stages import descend, minimum_beside, stay
+from idem_ros.core.stages import descend, minimum_beside, of_its_target, stay
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import assess, out_of_time, too_little
 from idem_ros.core.trust.observability import Observability
@@ -179,10 +179,10 @@ def _judged(
     """
     T = descent.solution.transform
     pair = pair.moved_by(descent.sweep).around(T)
+    descent = of_its_target(pair, descent)
     cost = descent.cost
-    if cost is None or cost.balls.of[0] is not pair.target:  # of a map, it has left
-        cost = pair.cost(pair.stages[-1])
-    cost.balls.workers, descent = pair.workers, descent._replace(cost=cost)
+    assert cost is not None, 'it is of the last stage'
+    cost.balls.workers = pair.workers
     if observability is None:
         observability = seen_there(pair, descent)
     agreement, q_tot = agreement_at(pair, cost.balls, T)

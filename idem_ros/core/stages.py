@@ -34,6 +34,18 @@ def minimum_beside(descent: Descent, pair: Pair, motions: Twists) -> Descent:
     return descent._replace(solution=solution._replace(termination=Termination.NOT_STARTED))
 
 
+def of_its_target(pair: Pair, descent: Descent) -> Descent:
+    """Return a `Descent` whose cost is of the pair's target: a map's part follows the source."""
+    if descent.cost is not None and descent.cost.balls.of[0] is pair.target:
+        return descent
+    stage, T = pair.stages[-1], descent.solution.transform
+    if descent.moving is None or descent.sweep is None:
+        return descent._replace(cost=pair.cost(stage))
+    moving = MovingCost(pair, stage, descent.sweep)
+    cost, _, _ = moving.at(descent.sweep.poses(T))
+    return descent._replace(cost=cost, moving=moving)
+
+
 def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:
     """Return the `Descent` from T; motions (6, k): those allowed, None: all.
 

@@ -73,6 +73,16 @@ def test_a_pose_in_the_frame_of_the_map_is_taken_and_one_in_another_is_not():
     assert proposal([MAP, SCANS, other]).endswith('-p initial_guess.type:=last')
 
 
+def test_what_is_called_a_guess_comes_before_others_and_a_truth_last():
+    kind = STREAMED['transform']
+    truth, pose, guess = (
+        Heard(topic, kind, False, 9, ('map', 'lidar'))
+        for topic in ('/ground_truth', '/pose', '/initial_guess')
+    )
+    assert '/initial_guess:=/initial_guess' in proposal([MAP, SCANS, truth, pose, guess])
+    assert '/initial_guess:=/pose' in proposal([MAP, SCANS, truth, pose])
+
+
 def test_of_scans_alone_each_is_registered_to_the_one_before():
     assert "-r '~/target:=/points' -r '~/source:=/points'" in proposal([SCANS])
 
