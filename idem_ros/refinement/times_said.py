@@ -17,6 +17,7 @@ class TimesSaid:
 
     def __init__(self):
         self._last = {}
+        self._has_times = False
         self._told = set()
         self.notes = []
 
@@ -32,11 +33,18 @@ class TimesSaid:
         for role, (times, said) in clouds.items():
             before = self._last.get(role, NO_FIELD)
             self._last[role] = said or before
+            self._has_times |= role == 'source' and times is not None
             if said and said != before:
                 told.append(f'{role}: {said}' + ('; taken as none' if times is None else ''))
         for each in told:
             self._keep(each)
         return '; '.join(told)
+
+    def notes_for(self, motion):
+        """Yield the notes, and that nothing is undone where `motion` is "none" and times came."""
+        yield from self.notes
+        if motion == 'none' and self._has_times:
+            yield 'motion is none: what the sensor moves during a sweep is not undone (--motion)'
 
     def _keep(self, note):
         words = NUMBER.sub('', note)

@@ -63,6 +63,7 @@ class Pairs:
         self._unused = {}  # {role: why the first input of it was refused}, but for sources
         self._timeless = 0  # pairs that start from a guess of stamp 0
         self._times_said = None  # of the first way to refine them
+        self._motion = settings.config.motion
 
     @property
     def waiting(self):
@@ -152,7 +153,7 @@ class Pairs:
         if 'initial_guess' in self._unused:
             yield f'guesses were refused and not used: {self._unused["initial_guess"]}'
         if self._times_said:
-            yield from self._times_said.notes
+            yield from self._times_said.notes_for(self._motion)
         if self._pairing.jumps:
             yield (
                 f'the clock of the recording goes back {self._pairing.jumps} times, the last time '

@@ -84,7 +84,7 @@ class Scans:
         truth = self.topics.truth
         self._is_chained = bool(truth) and is_relative(recording, truth, source)
         self._of_clouds = settings.preprocessing, settings.point_times
-        self._times_said = TimesSaid()
+        self._times_said, self._motion = TimesSaid(), settings.config.motion
         self._stamps = array('q')  # of all scans [ns]
         self._first = self._last = None  # (stamp, frame) of the scans that are used
         self._others = 0  # scans that are used, but for the first
@@ -168,7 +168,7 @@ class Scans:
         """Yield what a reader should know of the scans."""
         if self._first and not self._others:
             yield 'of the scans only one can be used; there is nothing to register it to'
-        yield from self._times_said.notes
+        yield from self._times_said.notes_for(self._motion)
 
 
 class Odometry:
