@@ -37,16 +37,7 @@ def _parser():
     )
     kinds = parser.add_subparsers(title='benchmarks', metavar='BENCHMARK')
     _add_accuracy(kinds)
-    speed = kinds.add_parser(
-        'speed',
-        help='time, memory, and time to accuracy',
-        description='Measure from raw points to result with one thread and two, the time to the '
-        "best peer's accuracy, q_tot alone, peak memory and the first result of a process. A "
-        'quarter of an hour on a machine that does nothing else.',
-    )
-    add_output_options(speed)
-    add_config_options(speed, without=OWN)
-    speed.set_defaults(run=_speed)
+    _add_speed(kinds)
     rings = kinds.add_parser(
         'rings', help="how far registrations around rings of the bunny's scans fail to close"
     )
@@ -76,6 +67,19 @@ def _parser():
     beyond.add_parsers(kinds)
     docs.add_parser(kinds)
     return parser
+
+
+def _add_speed(kinds):
+    speed = kinds.add_parser(
+        'speed',
+        help='time, memory, and time to accuracy',
+        description='Measure from raw points to result with one thread and two, the time to the '
+        "best peer's accuracy, q_tot alone, peak memory and the first result of a process. A "
+        'quarter of an hour on a machine that does nothing else.',
+    )
+    add_output_options(speed)
+    add_config_options(speed, without=OWN)
+    speed.set_defaults(run=_speed)
 
 
 def _add_accuracy(kinds):
