@@ -17,6 +17,8 @@ from idem_ros.core.arrays import (
 from idem_ros.core.geometry.grid import bounds
 from idem_ros.core.jit import kernel
 
+NO_TIMES = np.empty(0)
+
 
 class Voxels(NamedTuple):
     """The occupied voxels, in the order of their first points."""
@@ -40,7 +42,7 @@ def reduce_to_voxels(
     """
     low = bounds(points)[0] if low is None else low
     slots, sums, corners = _room(len(points))
-    n = _accumulate(points, weights, low, voxel_size, slots, corners, sums)
+    n = _accumulate(points, weights, low, voxel_size, slots, corners, sums, NO_TIMES)
     return _means(n, sums, corners, low, voxel_size)
 
 
@@ -53,7 +55,7 @@ def reduce_with_times(
     """
     low = bounds(points)[0]
     slots, sums, corners = _room(len(points), 11)
-    n = _accumulate_with_times(points, weights, low, voxel_size, slots, corners, sums, times)
+    n = _accumulate(points, weights, low, voxel_size, slots, corners, sums, times)
     return _means(n, sums, corners, low, voxel_size), sums[:n, 10] / sums[:n, 0]
 
 
@@ -70,7 +72,7 @@ def _means(n: int, sums: Floats, corners: Integers, low: Point, size: float) -> 
 
 
 @kernel
-def _accumulate_with_times(
+def _accumulate(
     points: Points,
     weights: Weights,
     low: Point,
@@ -80,7 +82,10 @@ def _accumulate_with_times(
     sums: Floats,
     times: Floats,
 ) -> int:
-    """Do what `_accumulate` does, with the sum of times in an eleventh column."""
+    """Sum the moments of each voxel about its own middle; a hash table finds the voxel.
+
+    With times (N,), their weighted sum is an eleventh column; (0,): there are none.
+    """
     mask = slots.shape[0] - 1
     each = np.int64(weights.shape[0] > 1)
     n, v = 0, 0
@@ -96,36 +101,8 @@ def _accumulate_with_times(
             last_x, last_y, last_z = x, y, z
         d = px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size
         _add(sums[v], d, weights[i * each])
-        sums[v, 10] += weights[i * each, 0] * times[i]
-    return n
-
-
-@kernel
-def _accumulate(
-    points: Points,
-    weights: Weights,
-    low: Point,
-    size: float,
-    slots: Integers32,
-    corners: Integers,
-    sums: Floats,
-) -> int:
-    """Sum the moments of each voxel about its own middle; a hash table finds the voxel."""
-    mask = slots.shape[0] - 1
-    each = np.int64(weights.shape[0] > 1)
-    n, v = 0, 0
-    last_x = last_y = last_z = -1
-    for i in range(points.shape[0]):
-        px, py, pz = points[i, 0] - low[0], points[i, 1] - low[1], points[i, 2] - low[2]
-        x, y, z = np.int64(px / size), np.int64(py / size), np.int64(pz / size)
-        if x != last_x or y != last_y or z != last_z:
-            v = voxel_of(x, y, z, slots, mask, corners, n)
-            if v == n:
-                sums[n, :] = 0.0
-                n += 1
-            last_x, last_y, last_z = x, y, z
-        d = px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size
-        _add(sums[v], d, weights[i * each])
+        if times.shape[0]:
+            sums[v, 10] += weights[i * each, 0] * times[i]
     return n
 
 
