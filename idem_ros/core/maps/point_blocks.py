@@ -11,7 +11,7 @@ from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.geometry.grid import bounds
 from idem_ros.core.geometry.voxels import voxel_of
 from idem_ros.core.jit import kernel
-from idem_ros.core.metric.cloud import checked_points, finite_points
+from idem_ros.core.metric.measured_points import checked_points, finite_points
 
 FIRST_SLOTS = 1 << 12
 FULL = 0.5  # of the slots

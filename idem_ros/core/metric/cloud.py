@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,7 @@ from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
+from idem_ros.core.metric.measured_points import MIDDLE_SAMPLE, centred_points, checked_points
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, own_moments
 from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
 from idem_ros.core.metric.voxel_size import Fit, fit_of
@@ -36,9 +37,7 @@ Scalar = TypeVar('Scalar', bound=np.generic)
 
 KEPT = 8  # results of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
-FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
 FINEST = 2.0**24  # voxels from the middle outwards: float32 tells no finer ones apart
-MIDDLE_SAMPLE = 64  # points, about, that the middle of a cloud is taken from
 
 
 class Cells(NamedTuple):
@@ -83,7 +82,7 @@ class Cloud:
     """
 
     def __init__(self, points: ArrayLike, times: ArrayLike | None = None) -> None:
-        origin, finite, kept = _centred_points(points)
+        origin, finite, kept = centred_points(points)
         self._init(origin, finite, kept, AS_MEASURED, KEPT)
         if times is not None:
             self.times = _read_only(checked_times(times, checked_points(points))[finite])
@@ -92,7 +91,7 @@ class Cloud:
     def for_one_call(cls, points: ArrayLike) -> Cloud:
         """Return a cloud that keeps the latest result of each kind only: nobody else will ask."""
         cloud = cls.__new__(cls)
-        cloud._init(*_centred_points(points), AS_MEASURED, 1)
+        cloud._init(*centred_points(points), AS_MEASURED, 1)
         return cloud
 
     def _init(
@@ -285,59 +284,3 @@ def _read_only(array: NDArray[Scalar]) -> NDArray[Scalar]:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def _centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
-    points = checked_points(points)
-    finite, kept = finite_points(points)
-    if len(kept) == 0:
-        raise InvalidCloud(
-            f'the cloud has {len(points)} points and none is finite; at least one must be'
-        )
-    # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel. The
-    # median of a sample: a stray would drag the mean away, and with it the others' digits.
-    sample = np.sort(kept[:: max(len(kept) // MIDDLE_SAMPLE, 1)], axis=0)
-    origin = sample[len(sample) // 2].copy()
-    kept -= origin
-    return origin, finite, kept
-
-
-def checked_points(points: Any) -> Points:
-    """Return (N, 3) float64, with NaN where points are masked.
-
-    Raises:
-        InvalidCloud: they have another shape, or are not numbers.
-    """
-    try:
-        masked = isinstance(points, np.ma.MaskedArray)
-        array: NDArray[Any] = (
-            cast(Any, points).astype(np.float64).filled(np.nan) if masked else np.asarray(points)
-        )
-        if array.dtype.kind not in 'fiub':
-            raise TypeError(f'its dtype is {array.dtype}')
-    except (TypeError, ValueError) as error:
-        raise InvalidCloud(f'the cloud is not an array of real numbers: {error}') from error
-    if array.ndim != 2 or array.shape[1] != 3:
-        more = ', as points[:, :3] is' if array.ndim == 2 and array.shape[1] > 3 else ''
-        more = ', as points.T is' if array.ndim == 2 and array.shape[0] == 3 else more
-        raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3){more}')
-    return np.ascontiguousarray(array, dtype=np.float64)
-
-
-@kernel
-def finite_points(points: Points) -> tuple[Mask, Points]:
-    """Return which rows are finite and no farther than any measurement, and these rows."""
-    finite = np.empty(points.shape[0], np.bool_)
-    n = 0
-    for i in range(points.shape[0]):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        finite[i] = abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST
-        n += finite[i]
-    kept = np.empty((n, 3))
-    n = 0
-    for i in range(points.shape[0]):
-        if finite[i]:
-            for c in range(3):
-                kept[n, c] = points[i, c]
-            n += 1
-    return finite, kept

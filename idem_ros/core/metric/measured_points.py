@@ -1,0 +1,74 @@
+"""Points as they were measured: checked, the finite ones kept, moved to their middle."""
+
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from idem_ros.core.arrays import Mask, Point, Points
+from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.jit import kernel
+
+FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
+MIDDLE_SAMPLE = 64  # points, about, that tell the middle or the extent of a cloud
+
+
+def centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
+    """Return the middle (3,) of a cloud, which rows (N,) are finite, and these rows about it.
+
+    Raises:
+        InvalidCloud: no array of points, or none is finite.
+    """
+    points = checked_points(points)
+    finite, kept = finite_points(points)
+    if len(kept) == 0:
+        raise InvalidCloud(
+            f'the cloud has {len(points)} points and none is finite; at least one must be'
+        )
+    # Moments are taken near the origin: at map coordinates (1e6 m) their digits would cancel. The
+    # median of a sample: a stray would drag the mean away, and with it the others' digits.
+    sample = np.sort(kept[:: max(len(kept) // MIDDLE_SAMPLE, 1)], axis=0)
+    origin = sample[len(sample) // 2].copy()
+    kept -= origin
+    return origin, finite, kept
+
+
+def checked_points(points: Any) -> Points:
+    """Return (N, 3) float64, with NaN where points are masked.
+
+    Raises:
+        InvalidCloud: they have another shape, or are not numbers.
+    """
+    try:
+        masked = isinstance(points, np.ma.MaskedArray)
+        array: NDArray[Any] = (
+            cast(Any, points).astype(np.float64).filled(np.nan) if masked else np.asarray(points)
+        )
+        if array.dtype.kind not in 'fiub':
+            raise TypeError(f'its dtype is {array.dtype}')
+    except (TypeError, ValueError) as error:
+        raise InvalidCloud(f'the cloud is not an array of real numbers: {error}') from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        more = ', as points[:, :3] is' if array.ndim == 2 and array.shape[1] > 3 else ''
+        more = ', as points.T is' if array.ndim == 2 and array.shape[0] == 3 else more
+        raise InvalidCloud(f'the cloud has shape {array.shape}; it must be (N, 3){more}')
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+@kernel
+def finite_points(points: Points) -> tuple[Mask, Points]:
+    """Return which rows are finite and no farther than any measurement, and these rows."""
+    finite = np.empty(points.shape[0], np.bool_)
+    n = 0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        finite[i] = abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST
+        n += finite[i]
+    kept = np.empty((n, 3))
+    n = 0
+    for i in range(points.shape[0]):
+        if finite[i]:
+            for c in range(3):
+                kept[n, c] = points[i, c]
+            n += 1
+    return finite, kept
