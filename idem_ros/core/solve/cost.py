@@ -9,7 +9,8 @@ from idem_ros.core.blocks import BLOCK, in_threads
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.ball_cost import BallCost
-from idem_ros.core.solve.linearization import SUMS, linearize, of_both
+from idem_ros.core.solve.block_sums import SUMS, of_both
+from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.newton import decrement, newton_step
 
 

@@ -14,19 +14,14 @@ from idem_ros.core.arrays import (
     Floats,
     Indices,
     Integer,
-    Integers,
-    Matrix6,
     Moments,
     Points,
     RotationMatrix,
     Rotations,
     Sides,
     Symmetric,
-    Transform,
     Triple,
-    Twist,
 )
-from idem_ros.core.geometry.se3 import adjoint_of, inverse_of
 from idem_ros.core.geometry.symmetric3 import determinant, inverse, scaled, times
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
@@ -47,9 +42,6 @@ from idem_ros.core.solve.ball_cost import (
     without_tangential,
 )
 
-# One block's sums: the value, the gradient (omega, v), then of the matrix vv (6), omega-v (9),
-# omega-omega (6).
-SUMS, VV = 28, 7  # VV: the matrix's first entry of vv, above 0 wherever there is a ball
 # Balls are added so many at a time, each number of theirs in a row with that of the others: the
 # compiler then works on four or eight balls at once.
 TOGETHER = 128
@@ -119,6 +111,8 @@ def _put(balls: Floats, n: Integer, p: Triple, own: Floats, m: Moments) -> None:
 @kernel
 def _add(balls: Floats, n: Integer, R: RotationMatrix, cost: BallCost, sums: Floats) -> None:
     """Add the first n balls' value, gradient and matrix to sums (28,)."""
+    if n == 0:  # not even nothing is added: the row may be another thread's
+        return
     pull, vv, wv, ww = SIX, SIX, NINE, SIX
     for i in range(np.uint64(n)):
         cross = rotated(R, _moments_of(balls[OTHER:], i))
@@ -232,71 +226,3 @@ def _write(sums: Floats, pull: _Six, vv: _Six, wv: _Nine, ww: _Six) -> None:
         sums[21 + c] += ww[c]
     for c in range(9):
         sums[12 + c] += wv[c]
-
-
-def _places() -> Integers:
-    """Return where in the sums after the value each entry of the matrix is, (6, 6)."""
-    place = np.empty((6, 6), int)
-    upper = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-    place[3:, 3:], place[:3, :3] = 6 + upper, 21 + upper
-    place[:3, 3:] = np.arange(12, 21).reshape(3, 3)
-    place[3:, :3] = place[:3, 3:].T
-    return place
-
-
-_MATRIX = _places()
-
-
-@kernel
-def of_both(
-    here: Floats, there: Floats, T_target_source: Transform
-) -> tuple[Floats, Floats, Floats]:
-    """Return values (G,), gradients (G, 6) and Gauss-Newton matrices (G, 6, 6), twist (omega, v).
-
-    Of the sums (blocks, G, 28) around the target's centres, for a twist on the left of
-    T_target_source, and around the source's, for one on the left of its inverse: exp(xi) T has
-    the inverse exp(-Ad(T)^-1 xi) T^-1.
-    """
-    groups = here.shape[1]
-    back = adjoint_of(inverse_of(T_target_source))
-    values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
-    pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
-    for g in range(groups):
-        weight = _summed(here, g, VV) + _summed(there, g, VV)
-        if weight == 0.0:  # no ball of the group holds points of both clouds
-            continue
-        values[g] = _summed(here, g, 0) + _summed(there, g, 0)
-        _unpack(there[:, g, 1:], pull, matrix)
-        _unpack(here[:, g, 1:], pulls[g], stiffness[g])
-        for i in range(6):
-            for j in range(6):
-                pulls[g, i] -= back[j, i] * pull[j]
-                product_[i, j] = 0.0
-                for k in range(6):
-                    product_[i, j] += matrix[i, k] * back[k, j]
-        for i in range(6):
-            for j in range(6):
-                for k in range(6):
-                    stiffness[g, i, j] += back[k, i] * product_[k, j]
-    return values, pulls, stiffness
-
-
-@kernel
-def _summed(sums: Floats, g: int, c: int) -> float:
-    total = 0.0
-    for b in range(sums.shape[0]):
-        total += sums[b, g, c]
-    return total
-
-
-@kernel
-def _unpack(sums: Floats, pull: Twist, matrix: Matrix6) -> None:
-    """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
-    for i in range(6):
-        pull[i] = 0.0
-        for b in range(sums.shape[0]):
-            pull[i] += sums[b, i]
-        for j in range(6):
-            matrix[i, j] = 0.0
-            for b in range(sums.shape[0]):
-                matrix[i, j] += sums[b, _MATRIX[i, j]]

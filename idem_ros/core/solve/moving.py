@@ -22,9 +22,10 @@ from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.candidates import SKIN, CandidatePairs
 from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
-from idem_ros.core.solve.linearization import SUMS, linearize, of_both
+from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.pair import Pair, Stage
 from idem_ros.core.solve.sweep import Sweep
 

@@ -15,9 +15,10 @@ from idem_ros.core.arrays import Floats, Indices, Integers, Matrix6, Points, Tra
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import CandidatePairs
+from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.solve.groups import in_turn
-from idem_ros.core.solve.linearization import SUMS, linearize, of_both
+from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
 from idem_ros.core.trust.observability import Observability
 

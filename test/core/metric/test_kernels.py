@@ -15,7 +15,8 @@ from idem_ros.core.metric.candidates import candidate_pairs, still_hold
 from idem_ros.core.metric.cloud import Cloud, neighbourhoods
 from idem_ros.core.metric.entropy import entropy
 from idem_ros.core.metric.moments import AS_MEASURED, ball_moments, rotated
-from idem_ros.core.solve.linearization import SUMS, linearize, of_both
+from idem_ros.core.solve.block_sums import SUMS, of_both
+from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.pair import _are_alike
 
 UPPER = np.triu_indices(3)

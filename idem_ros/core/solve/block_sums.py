@@ -1,0 +1,79 @@
+"""Sums over blocks of balls, around both clouds, as one gradient and one Gauss-Newton matrix."""
+
+import numpy as np
+
+from idem_ros.core.arrays import Floats, Integers, Matrix6, Transform, Twist
+from idem_ros.core.geometry.se3 import adjoint_of, inverse_of
+from idem_ros.core.jit import kernel
+
+# One block's sums: the value, the gradient (omega, v), then of the matrix vv (6), omega-v (9),
+# omega-omega (6).
+SUMS, VV = 28, 7  # VV: the matrix's first entry of vv, above 0 wherever there is a ball
+
+
+def _places() -> Integers:
+    """Return where in the sums after the value each entry of the matrix is, (6, 6)."""
+    place = np.empty((6, 6), int)
+    upper = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+    place[3:, 3:], place[:3, :3] = 6 + upper, 21 + upper
+    place[:3, 3:] = np.arange(12, 21).reshape(3, 3)
+    place[3:, :3] = place[:3, 3:].T
+    return place
+
+
+_MATRIX = _places()
+
+
+@kernel
+def of_both(
+    here: Floats, there: Floats, T_target_source: Transform
+) -> tuple[Floats, Floats, Floats]:
+    """Return values (G,), gradients (G, 6) and Gauss-Newton matrices (G, 6, 6), twist (omega, v).
+
+    Of the sums (blocks, G, 28) around the target's centres, for a twist on the left of
+    T_target_source, and around the source's, for one on the left of its inverse: exp(xi) T has
+    the inverse exp(-Ad(T)^-1 xi) T^-1.
+    """
+    groups = here.shape[1]
+    back = adjoint_of(inverse_of(T_target_source))
+    values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
+    pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
+    for g in range(groups):
+        weight = _summed(here, g, VV) + _summed(there, g, VV)
+        if weight == 0.0:  # no ball of the group holds points of both clouds
+            continue
+        values[g] = _summed(here, g, 0) + _summed(there, g, 0)
+        _unpack(there[:, g, 1:], pull, matrix)
+        _unpack(here[:, g, 1:], pulls[g], stiffness[g])
+        for i in range(6):
+            for j in range(6):
+                pulls[g, i] -= back[j, i] * pull[j]
+                product_[i, j] = 0.0
+                for k in range(6):
+                    product_[i, j] += matrix[i, k] * back[k, j]
+        for i in range(6):
+            for j in range(6):
+                for k in range(6):
+                    stiffness[g, i, j] += back[k, i] * product_[k, j]
+    return values, pulls, stiffness
+
+
+@kernel
+def _summed(sums: Floats, g: int, c: int) -> float:
+    total = 0.0
+    for b in range(sums.shape[0]):
+        total += sums[b, g, c]
+    return total
+
+
+@kernel
+def _unpack(sums: Floats, pull: Twist, matrix: Matrix6) -> None:
+    """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
+    for i in range(6):
+        pull[i] = 0.0
+        for b in range(sums.shape[0]):
+            pull[i] += sums[b, i]
+        for j in range(6):
+            matrix[i, j] = 0.0
+            for b in range(sums.shape[0]):
+                matrix[i, j] += sums[b, _MATRIX[i, j]]
