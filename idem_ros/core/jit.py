@@ -25,6 +25,7 @@ def compiler(**options: Any) -> Callable[[Function], Function]:
     """
 
     def decorate(function: Function) -> Function:
+        """Return the function compiled, with a cache of its own."""
         dispatcher: Any = cast(Any, njit(**options))(function)
         dispatcher._cache = cache_of(function)  # what cache=True does, with a cache of numba's
         return dispatcher

@@ -95,12 +95,14 @@ class _Files(IndexDataCacheFile):
         self._installed = _Files(installed, name, source_stamp) if installed else None
 
     def load(self, key: object) -> Any:
+        """Return the code that was kept for a signature; None: there is none of this source."""
         of, code = super().load(key) or (None, None)
         if of == (self._source_stamp, key):
             return code
         return self._installed.load(key) if self._installed else None
 
     def save(self, key: object, code: object) -> None:
+        """Keep the code of a signature, with what it is of."""
         super().save(key, ((self._source_stamp, key), code))
 
     def _load_index(self) -> dict[Any, str]:
