@@ -265,5 +265,6 @@ def _checked_field(field, point_step):
 
 def _usable(points):
     """Return (N,) bool: which points are usable, and which are finite."""
-    finite = np.isfinite(points).all(axis=1)
-    return finite & points.any(axis=1), finite
+    x, y, z = points.T  # a column at a time: numpy reduces rows of three ten times slower
+    finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
+    return finite & ((x != 0.0) | (y != 0.0) | (z != 0.0)), finite

@@ -28,17 +28,23 @@ def no_home(tmp_path, monkeypatch):
     return monkeypatch
 
 
+def segments_of(environment):
+    """Return the segments of shared memory behind the ports of an environment's domain."""
+    first = FIRST_PORT + PORTS * int(environment['ROS_DOMAIN_ID'])
+    segments = (SHARED_MEMORY / f'fastrtps_port{first + i}' for i in range(PORTS))
+    return {each for each in segments if each.exists()}
+
+
 @pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM])
 def test_signal_ends_a_node_that_compiles_without_waiting_for_it(signum, tmp_path):
     environment = {**own_environment(), 'NUMBA_CACHE_DIR': str(tmp_path)}
+    before = segments_of(environment)  # a process that was killed there may have left some
     with started(NODE, env=environment, **PIPED) as node:
         wait_for_line(node.stderr, 'compiling kernels')
         node.send_signal(signum)
         _, errors = node.communicate(timeout=LONG)
     assert (node.returncode, errors) == (0, '')
-    first = FIRST_PORT + PORTS * int(environment['ROS_DOMAIN_ID'])
-    ports = [SHARED_MEMORY / f'fastrtps_port{first + i}' for i in range(PORTS)]
-    assert not any(each.exists() for each in ports), 'the node left its shared memory behind'
+    assert not segments_of(environment) - before, 'the node left its shared memory behind'
 
 
 @pytest.mark.parametrize('home', [None, '', 'file'])
