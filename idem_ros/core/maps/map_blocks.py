@@ -13,9 +13,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from idem_ros.core.arrays import Integer, MomentRows, Point, Points, Weights
+from idem_ros.core.arrays import Indices, Integer, MomentRows, Point, Points, Weights
 from idem_ros.core.geometry.grid import build_grid_between
 from idem_ros.core.geometry.voxels import reduce_to_voxels
+from idem_ros.core.jit import kernel
 from idem_ros.core.maps.block_source import BlockSource
 from idem_ros.core.maps.latest import Latest
 from idem_ros.core.metric.cloud import CELL_MARGIN
@@ -172,11 +173,27 @@ class MapBlocks:
             other = self.points(
                 level, (index[0] + step[0], index[1] + step[1], index[2] + step[2])
             )
-            moved = other.points + np.array(step) * level.edge
-            near = ((moved >= low) & (moved <= high)).all(axis=1)
-            points.append(moved[near])
+            near, moved = _moved_between(other.points, np.array(step) * level.edge, low, high)
+            points.append(moved)
             weights.append(other.weights[near] if level.voxel_size is not None else NO_WEIGHTS)
         return np.concatenate(points), np.concatenate(weights)
+
+
+@kernel
+def _moved_between(points: Points, step: Point, low: Point, high: Point) -> tuple[Indices, Points]:
+    """Return the rows of points that lie in a box when they are moved, and these moved."""
+    rows, n = np.empty(points.shape[0], np.int32), 0
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0] + step[0], points[i, 1] + step[1], points[i, 2] + step[2]
+        is_inside = low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]
+        rows[n] = i  # kept only if it is counted
+        n += np.int64(is_inside)
+    rows = rows[:n].copy()
+    moved = np.empty((n, 3))
+    for k in range(n):
+        for axis in range(3):
+            moved[k, axis] = points[rows[k], axis] + step[axis]
+    return rows, moved
 
 
 def _next(index: Index) -> Index:
