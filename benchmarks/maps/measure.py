@@ -6,6 +6,7 @@ from time import perf_counter, sleep
 import numpy as np
 
 from benchmarks.goal import Goal
+from benchmarks.maps import from_disk
 from benchmarks.maps.town import Town, height, scene_around
 from benchmarks.timing import interleaved_ms
 from idem_ros.core import Cloud, MapCloud, Status, Verdict, register, warm_up
@@ -25,6 +26,7 @@ PLACES, GUESSES = 5, 4  # of verdicts, in each map
 ROUNDS = 15
 SPEED, RATE, SCANS = 15.0, 10.0, 150  # [m/s], [Hz]: of the drive
 AHEAD = 2.0  # [s]: how far ahead blocks are prepared
+APART = 400.0  # [m]: two scans in a map from disk
 RIGHT = 0.2, 0.05  # [deg], [m]
 RATIO, LATEST, SHARE = 1.2, 100.0, 1.0  # times, [ms], [%] of right results that are not aligned
 
@@ -66,7 +68,7 @@ class Drive:
 
 
 def measure(config, quick=False, progress=lambda steps, total=None: steps):
-    """Return the `Figures` of each map, the `Drive`, and the verdict outside of a map.
+    """Return the `Figures` of each map, the `Drive`, a scan's time outside of a map, `FromDisk`s.
 
     Args:
         config: `RegistrationConfig`, but for its voxel size.
@@ -76,7 +78,7 @@ def measure(config, quick=False, progress=lambda steps, total=None: steps):
     warm_up()
     config = replace(config, voxel_size=VOXEL)
     millions = MILLIONS[:2] if quick else MILLIONS
-    scans = [_scan_at(*place, k) for k, place in enumerate(_places(2 if quick else PLACES))]
+    scans = [scan_at(*place, k) for k, place in enumerate(_places(2 if quick else PLACES))]
     maps = {m: MapCloud(Town(1e6 * m)) for m in millions}
     figures = [
         _of_map(m, maps[m], scans, config, 1 if quick else GUESSES)
@@ -88,10 +90,13 @@ def measure(config, quick=False, progress=lambda steps, total=None: steps):
         if of_map.millions <= GICP_UP_TO:
             _beside_gicp(of_map, scans, config, 3 if quick else ROUNDS)
     drive = _drive(MapCloud(Town(1e6 * min(DRIVEN, max(millions)))), config, 5 if quick else SCANS)
-    return figures, drive, _outside(maps[millions[-1]], scans[0], config)
+    outside = _outside(maps[millions[-1]], scans[0], config)
+    apart = [scan_at(x, 1.6, 0.0, 0) for x in (-APART / 2, APART / 2)]
+    disk = from_disk.measure(min(DRIVEN, max(millions)), apart, config)
+    return figures, drive, outside, disk
 
 
-def goals(figures, drive, outside):
+def goals(figures, drive, outside, disk):
     """Return the figures to reach, as `Goal`s."""
     median = {each.millions: float(np.median(each.idem_ms)) for each in figures}
     (first, *_, last) = median.values()
@@ -110,6 +115,7 @@ def goals(figures, drive, outside):
     yield Goal(f'wrong, of {len(right)} results', 100.0 * float(np.mean(~right)), 0.0, '%')
     yield Goal(f'low_overlap, of {len(verdicts)} results', float(low), 0.0)
     yield Goal('a scan outside of the map', outside, LATEST, 'ms')
+    yield from from_disk.goals(disk)
 
 
 def _places(count):
@@ -120,7 +126,7 @@ def _places(count):
         yield (along, off, rng.normal(0.0, 0.1))
 
 
-def _scan_at(x, y, yaw, seed):
+def scan_at(x, y, yaw, seed):
     """Return a scan (N, 3) of the town, and its exact pose."""
     truth = se3.translation((x, y, float(height(x, y)) + SENSOR))
     truth[:2, :2] = (np.cos(yaw), -np.sin(yaw)), (np.sin(yaw), np.cos(yaw))
@@ -194,7 +200,7 @@ def _drive(map_, config, count):
     """
     step = SPEED / RATE
     begin = -0.5 * step * count
-    scans = [_scan_at(begin + step * k, 1.6, 0.0, k) for k in range(count)]
+    scans = [scan_at(begin + step * k, 1.6, 0.0, k) for k in range(count)]
     ms, errors, verdicts = [], [], []
     T = scans[0][1]
     register(map_, Cloud(scans[0][0]), T, config)

@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 
-from benchmarks.maps.measure import Drive, Figures, goals
+from benchmarks.maps.from_disk import FromDisk
+from benchmarks.maps.from_disk import measure as measure_from_disk
+from benchmarks.maps.measure import VOXEL, Drive, Figures, goals, scan_at
 from benchmarks.maps.town import LOT, Town, height, points_of, scene_around
-from idem_ros.core import Verdict
+from idem_ros.core import RegistrationConfig, Verdict
 from idem_ros.simulation.raycast import cast
 
 
@@ -42,9 +44,21 @@ def test_a_figure_is_missed_where_right_results_are_not_aligned():
         )
     )
     drive = Drive(np.full(9, 20.0), np.full((9, 2), 1e-3), [Verdict.ALIGNED] * 9)
-    found = [*goals([few, many], drive, 3.0)]
+    disk = (
+        FromDisk('file', 10**6, 1.0, 0.1, 10**8, 0.001),
+        FromDisk('tiles', 10**6, 1, 1, 10**8, 0),
+    )
+    found = [*goals([few, many], drive, 3.0, disk)]
     assert [goal.figure for goal in found if not goal.reached] == [
         'not aligned, of 100 right results',
         'low_overlap, of 100 results',
     ]
     assert found[0].measured == pytest.approx(1.1)
+
+
+def test_a_map_of_a_file_and_of_tiles_gives_the_pose_of_each_scan():
+    scans = [scan_at(x, 1.6, 0.0, 0) for x in (-20.0, 20.0)]
+    file, tiles = measure_from_disk(0.2, scans, RegistrationConfig(voxel_size=VOXEL))
+    assert file.points == tiles.points > 100_000
+    assert max(file.worst_m, tiles.worst_m) < 0.01
+    assert min(file.bytes, file.first_s, tiles.other_s) > 0
