@@ -9,6 +9,7 @@ from idem_ros.commands.options import (
     add_config_options,
     config_from,
 )
+from idem_ros.commands.output_names import require_ending, require_matplotlib
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 
 WITHOUT = ('motion', 'motion_reference')
@@ -43,9 +44,9 @@ def add_parser(subparsers):
         '--out',
         metavar='FILE',
         help='write the poses: a .g2o with an edge for each pair that agrees, a .mat of 4x4 '
-        'matrices, any other as TUM lines with the number of the cloud as stamp',
+        'matrices, a .tum or .txt of TUM lines with the number of the cloud as stamp',
     )
-    parser.add_argument('--picture', metavar='FILE', help='write a PNG of before and after')
+    parser.add_argument('--picture', metavar='FILE', help='write a .png of before and after')
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
     add_columns_option(parser)
     add_config_options(parser, without=WITHOUT)
@@ -58,14 +59,11 @@ def run(args):
     from dataclasses import replace
 
     from idem_ros.core import register_all
-    from idem_ros.files.atomic_file import require_writable
     from idem_ros.files.cloud_list import clouds_of_files
     from idem_ros.files.pose_list_file import read_poses, write_poses
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
-    for out in filter(None, (args.out, args.picture)):
-        _refuse_inputs_as_output(args, out)
-        require_writable(out)
+    _check_outputs(args)
     starts = read_poses(args.poses, len(args.clouds)) if args.poses else None
     clouds, size = clouds_of_files(args.clouds, _reader(args, preprocessing), config)
     config = config if size is None else replace(config, voxel_size=None)
@@ -105,6 +103,20 @@ def _draw(path, clouds, starts, poses):
     draw_clouds(path, points, before, poses)
 
 
+def _check_outputs(args):
+    from idem_ros.files.atomic_file import require_writable
+    from idem_ros.files.pose_list_file import SUFFIXES
+
+    if args.out:
+        require_ending('--out', args.out, SUFFIXES)
+    if args.picture:
+        require_ending('--picture', args.picture, ['.png'])
+        require_matplotlib('the pictures')
+    for out in filter(None, (args.out, args.picture)):
+        _refuse_inputs_as_output(args, out)
+        require_writable(out)
+
+
 def _refuse_inputs_as_output(args, out):
     place = Path(out).resolve()
     for file in (*args.clouds, args.poses):
@@ -115,28 +127,22 @@ def _refuse_inputs_as_output(args, out):
 
 
 def closures(result, clouds):
-    """Return, of each edge that agrees, how far the two registered alone end from the poses.
+    """Return, of each edge, how far the two alone would have its second cloud from its pose.
 
-    [deg] and length, of the second cloud's middle; None of an edge that does not agree. The poses
+    [deg] and [m], of the cloud's middle; None of an edge that was not audited. The poses
     themselves close around every loop.
     """
     import numpy as np
 
-    from idem_ros.core import RegistrationConfig, register
-    from idem_ros.core.geometry import se3
-
-    config = RegistrationConfig(voxel_size=result.voxel_size, assessment='none')
     found = []
     for edge in result.edges:
-        if edge.covariance is None:
+        if edge.gap is None:
             found.append(None)
             continue
-        T = se3.inverse(result.poses[edge.i]) @ result.poses[edge.j]
-        alone = register(clouds[edge.i], clouds[edge.j], T, config).T_target_source
-        middle = clouds[edge.j].origin
-        off = se3.transform_points(alone, middle) - se3.transform_points(T, middle)
-        turn = se3.rotation_angle(se3.inverse(T) @ alone)
-        found.append((float(np.degrees(turn)), float(np.linalg.norm(off))))
+        move, turn = np.split(edge.gap, 2)
+        R = result.poses[edge.i, :3, :3].T @ result.poses[edge.j, :3, :3]
+        off = move + np.cross(turn, R @ clouds[edge.j].origin)
+        found.append((float(np.degrees(np.linalg.norm(turn))), float(np.linalg.norm(off))))
     return found
 
 
@@ -154,7 +160,7 @@ def _text(args, result, clouds, size):
             left=2,
         ),
         table(
-            ('edge', 'overlap', 'q_mean', 'verdict', 'closure [deg]', 'closure'),
+            ('edge', 'overlap', 'q_mean', 'verdict', 'closure [deg]', 'closure [m]'),
             list(_edge_rows(result, closures(result, clouds))),
         ),
     ]
@@ -226,7 +232,7 @@ def _edge_record(edge, gap):
         'reason': edge.reason,
         'covariance': None if edge.covariance is None else edge.covariance.tolist(),
         'closure_deg': degrees,
-        'closure': length,
+        'closure_m': length,
     }
 
 

@@ -10,6 +10,7 @@ from idem_ros.commands.options import (
     add_config_options,
     config_from,
 )
+from idem_ros.commands.output_names import require_ending
 from idem_ros.refinement.point_time_config import PointTimeConfig
 
 KITTI_COLUMNS = 4  # x y z intensity, in every sequence
@@ -70,8 +71,7 @@ def run(args):
 
     is_folder = Path(args.target).is_dir()
     (_check_folder if is_folder else _check_files)(args)
-    if not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
+    require_ending('--out', args.out, ['.mcap'])
     require_writable(args.out)
     print((_write_folder if is_folder else _write_files)(args))
     return OK

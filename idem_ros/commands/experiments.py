@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.output_names import require_matplotlib
 
 OUT = 'experiments'
 
@@ -86,10 +87,7 @@ def _context(args):
 
     if args.seed < 0:
         raise UsageError(f'--seed is {args.seed}; it must be from 0')
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise UsageError('the figures need matplotlib: pip install ".[experiments]"') from error
+    require_matplotlib('the figures', 'experiments')
     model = paper_model(args.model, args.seed)
     out = Path(args.out)
     if out.exists() and not out.is_dir():

@@ -6,6 +6,7 @@ from tempfile import TemporaryFile
 from typing import NamedTuple
 
 from idem_ros.commands.exit_codes import UsageError
+from idem_ros.commands.output_names import require_ending
 
 
 class Outputs(NamedTuple):
@@ -36,8 +37,8 @@ def outputs_for(args, inputs, methods):
         UsageError: a name that does not do, or twice the same.
         UnwritableFile: a place where nothing can be written.
     """
-    if args.out and not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
+    if args.out:
+        require_ending('--out', args.out, ['.mcap'])
     given = Outputs(args.json, args.out, args.tum)
     several = len(methods) > 1
     if several and given.json == '-':

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.output_names import require_matplotlib
 
 DESCRIPTION = """\
 Write a report on one RESULT or several, side by side, into the new folder DIR:
@@ -46,10 +47,7 @@ def run(args):
     """Check, write, say where the page is."""
     if len({Path(file).resolve() for file in args.results}) < len(args.results):
         raise UsageError(f'among {", ".join(args.results)} a file is named twice')
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise UsageError('the plots need matplotlib: pip install ".[plot]"') from error
+    require_matplotlib('the plots')
     from idem_ros.report.folder import write_report
 
     page = write_report(args.results, args.out, _progress, args.recordings_under)

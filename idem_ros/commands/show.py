@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.exit_codes import OK
+from idem_ros.commands.output_names import require_ending, require_matplotlib
 
 DESCRIPTION = """\
 Write one HTML page on one frame of RESULT: both clouds in 3D, coloured by cloud or by
@@ -42,10 +43,8 @@ def add_parser(subparsers):
 
 def run(args):
     """Check, register again, write, say where the page is."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise UsageError('the pictures need matplotlib: pip install ".[plot]"') from error
+    require_ending('--out', args.out, ['.html', '.htm'])
+    require_matplotlib('the pictures')
     from idem_ros.files.atomic_file import replacing, require_writable
     from idem_ros.viewer.shown_frame import page_of
 

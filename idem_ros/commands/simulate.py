@@ -3,6 +3,7 @@
 import math
 
 from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.output_names import require_ending
 
 SCANS, MAP_POINTS, SEED = 21, 80_000, 0
 EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town
@@ -70,8 +71,7 @@ def run(args):
         return _city(args)
     if args.extent is not None:
         raise UsageError('--extent is of a map: give --map city, too')
-    if not args.out.endswith('.mcap'):
-        raise UsageError(f'--out is {args.out}; its name must end in .mcap')
+    require_ending('--out', args.out, ['.mcap'])
     motion = _motion(args)
     require_writable(args.out)
     rng = np.random.default_rng(args.seed)

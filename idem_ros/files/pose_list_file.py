@@ -12,7 +12,7 @@ from idem_ros.files.text_lines import numbered_lines, text_of
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
 from idem_ros.messages.transform_message import matrix_from, translation_and_quaternion
 
-SUFFIXES = {'.g2o': 'g2o', '.mat': 'matrix', '.matrix': 'matrix'}
+SUFFIXES = {'.g2o': 'g2o', '.mat': 'matrix', '.tum': 'tum', '.txt': 'tum'}
 LARGEST = 1 << 28  # [bytes]; a million poses have less
 VERTEX, EDGE = 'VERTEX_SE3:QUAT', 'EDGE_SE3:QUAT'
 EXPECTED = (
@@ -52,15 +52,15 @@ def read_poses(path, count):
 
 
 def write_poses(path, poses, edges=()):
-    """Write (K, 4, 4) poses: .g2o with edges, .mat as 4x4 matrices, anything else as TUM lines.
+    """Write (K, 4, 4) poses: .g2o with edges, .mat as 4x4 matrices, .tum and .txt as TUM lines.
 
     Args:
-        path: its suffix says as what.
+        path: its suffix, one of `SUFFIXES`, says as what.
         poses: (K, 4, 4); the stamp of a TUM line is the cloud's number.
         edges: (i, j, covariance (6, 6) of j's pose in i) of each edge of a .g2o, x y z rx ry rz,
             in the axes of i about the origin of j.
     """
-    kind = SUFFIXES.get(Path(path).suffix.lower(), 'tum')
+    kind = SUFFIXES[Path(path).suffix.lower()]
     if kind == 'tum':
         write_tum(path, [k * 10**9 for k in range(len(poses))], poses)
         return

@@ -33,6 +33,7 @@ def test_writes_poses_that_all_agree_and_says_how_well(files, capsys):
     out = capsys.readouterr().out
     assert out.startswith('converged after ')
     assert '| 0-2 ' in out
+    assert 'closure [deg] | closure [m]' in ' '.join(out.split())
     assert out.count('aligned') == 6  # three clouds, three edges
 
 
@@ -49,7 +50,8 @@ def test_json_holds_poses_edges_and_verdicts(files, capsys):
     assert [(edge['i'], edge['j']) for edge in record['edges']] == [(0, 1), (0, 2), (1, 2)]
     assert {said['verdict'] for said in record['verdicts']} == {'aligned'}
     assert record['parts'] == [[0, 1, 2]]
-    assert all(edge['closure_deg'] < 1.0 for edge in record['edges'])
+    assert all(0.0 < edge['closure_deg'] < 1.0 for edge in record['edges'])
+    assert all(0.0 < edge['closure_m'] < 0.02 for edge in record['edges'])
 
 
 def test_a_picture_shows_before_and_after(files):
@@ -75,12 +77,16 @@ def test_a_cloud_that_meets_nothing_is_named_and_the_exit_code_says_so(files, ca
         (['a.npy', 'b.npy', 'copy.npy'], 'the same points as a.npy'),
         (['a.npy', 'b.npy', '--poses', 'starts.txt'], '3 poses for 2 clouds'),
         (['a.npy', 'none.npy'], 'none.npy'),
-        (['a.npy', 'b.npy', '--out', 'b.npy'], 'is an input'),
+        (['a.npy', 'b.npy', '--poses', 'b.tum', '--out', 'b.tum'], 'is an input'),
+        (['a.npy', 'b.npy', '--out', 'p.xyz'], 'must end in .g2o or .mat or .tum or .txt'),
+        (['a.npy', 'b.npy', '--out', 'p'], 'must end in .g2o'),
+        (['a.npy', 'b.npy', '--picture', 'x.nonsense'], '--picture is x.nonsense'),
         (['a.npy', 'b.npy', '--held', '2'], 'held names cloud 2'),
     ],
 )
 def test_what_cannot_be_aligned_is_refused_in_one_line(files, capsys, argv, words):
     np.save('copy.npy', np.load('a.npy'))
+    write_poses('b.tum', read_poses('starts.txt', 3)[:2])
     before = np.load('b.npy')
     assert main(['align', *argv]) in (1, 2)
     error = capsys.readouterr().err

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Mask, Matrix6, Points, Transform, Transforms
+from idem_ros.core.arrays import Mask, Points, Transform, Transforms
 from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
@@ -73,16 +73,24 @@ def told(said: Assessment) -> dict[str, Any]:
         'p_aligned': said.p_aligned,
         'reason': said.reason,
         'covariance': said.covariance if is_usable else None,
+        'gap': said.offset,
     }
 
 
-def turned_around(covariance: Matrix6, T_i_j: Transform) -> Matrix6:
-    """Return the covariance (6, 6) of i's pose in j, given that of j's pose in i."""
+def turned_around(edge: Edge, T_i_j: Transform) -> Edge:
+    """Return an `Edge` with i and j exchanged; T_i_j: (4, 4), j's pose in i."""
     R, t = T_i_j[:3, :3], T_i_j[:3, 3]
     change = np.zeros((6, 6))
     change[:3, :3] = change[3:, 3:] = -R.T
     change[:3, 3:] = -R.T @ se3.skew(t)
-    return change @ covariance @ change.T
+    covariance, gap = edge.covariance, edge.gap
+    return replace(
+        edge,
+        i=edge.j,
+        j=edge.i,
+        covariance=None if covariance is None else change @ covariance @ change.T,
+        gap=None if gap is None else change @ gap,
+    )
 
 
 def verdicts_of(

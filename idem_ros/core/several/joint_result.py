@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from idem_ros.core.arrays import Floats, Matrix6, Transforms
+from idem_ros.core.arrays import Floats, Matrix6, Transforms, Twist
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import Verdict
@@ -24,6 +24,9 @@ class Edge:
     # (6, 6), x y z rx ry rz, of what the two alone say: of cloud j's pose in the axes of cloud i,
     # about j's origin; None where it was not asked for, or they cannot tell
     covariance: Matrix6 | None = None
+    # (6,), x y z rx ry rz, in the same axes about the same place: of j's pose from where the two
+    # alone would have it, along what they hold; None where it was not audited
+    gap: Twist | None = None
 
 
 @dataclass(frozen=True)

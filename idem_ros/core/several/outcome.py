@@ -108,9 +108,8 @@ def pair_outcome(
     poses = problem.poses.copy()
     poses[k] = poses[h] @ result.T_target_source
     edge, verdicts = _edge_and_verdicts(result)
-    if h == 1 and edge.covariance is not None:
-        covariance = turned_around(edge.covariance, result.T_target_source)
-        edge = replace(edge, covariance=covariance)
+    if h == 1:
+        edge = replace(turned_around(edge, result.T_target_source), i=0, j=1)
     covariance = np.zeros((12, 12))
     covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = _of_pair(result, poses[h, :3, :3])
     meet = result.overlap > 0.0
@@ -136,7 +135,10 @@ def _edge_and_verdicts(result: RegistrationResult) -> tuple[Edge, tuple[CloudVer
     if said is None:
         return edge, ()
     verdict = CloudVerdict(said.verdict, said.p_aligned, said.reason)
-    return replace(edge, **told(said)), (verdict, verdict)
+    edge = replace(edge, **told(said))
+    if edge.gap is None:  # they are where the two alone have them
+        edge = replace(edge, gap=np.zeros(6))
+    return edge, (verdict, verdict)
 
 
 def _of_pair(result: RegistrationResult, R: RotationMatrix) -> Matrix6:
@@ -149,10 +151,8 @@ def _of_pair(result: RegistrationResult, R: RotationMatrix) -> Matrix6:
 
 def _renumbered(edge: Edge, numbers: Sequence[int], poses: Transforms) -> Edge:
     i, j = numbers[edge.i], numbers[edge.j]
-    if i < j or edge.covariance is None:
-        return replace(edge, i=min(i, j), j=max(i, j))
-    covariance = turned_around(edge.covariance, se3.inverse(poses[i]) @ poses[j])
-    return replace(edge, i=j, j=i, covariance=covariance)
+    edge = replace(edge, i=i, j=j)
+    return edge if i < j else turned_around(edge, se3.inverse(poses[i]) @ poses[j])
 
 
 def _ends(edge: Edge) -> tuple[int, int]:

@@ -58,6 +58,7 @@ def audited(
         said,
         p_aligned=said.p_aligned * share,
         covariance=said.covariance + np.outer(offset, offset),
+        offset=offset,
     )
     is_good = said.verdict in (Verdict.ALIGNED, Verdict.DEGENERATE)
     if not is_good or said.p_aligned >= LEAST_PROBABILITY:

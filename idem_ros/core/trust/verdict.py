@@ -41,6 +41,9 @@ class Assessment:
     # how far the next step would move the surfaces, over the radius; of an audited pose, how far
     # they are off the minimum beside it, which the other numbers are of
     step: float = 0.0
+    # (6,), x y z rx ry rz: of an audited pose from the minimum beside it, along motions that are
+    # held, in the target's axes about the source frame's own origin; None: no audit
+    offset: Floats | None = None
     way: float = np.nan  # how far the surfaces moved from the guess, over the first radius
     overlap: float = 0.0
     # where the guess was: 0 at the minimum, 1 at the rim of its basin; nan: an audit
