@@ -27,7 +27,7 @@ PLAIN := atomic_* bad_recordings bench_commands bench_evaluation bench_report_co
 	kernel_cache kitti_segments last_result launch live_run loopback main *_file *_folder messages node_* \
 	one_recording options overall pairing* parameters play* pointcloud2 printable rates record_text recorded_truth \
 	recording_* report* result* selection settings spool stamps structured_text summary \
-	targets text_table traffic transform_* truths views worker* worst_frames
+	targets text_table traffic transform_* truths worker* worst_frames
 DISPATCHED = $(shell $(BIN)/python -c \
 	'from numpy._core._multiarray_umath import __cpu_dispatch__; print(*__cpu_dispatch__)')
 

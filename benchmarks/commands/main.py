@@ -62,6 +62,11 @@ def _parser():
     )
     add_output_options(report)
     report.set_defaults(run=_report)
+    viewer = kinds.add_parser(
+        'viewer', help='frames a second of the viewer in a browser; exit code 1 if too few'
+    )
+    add_output_options(viewer)
+    viewer.set_defaults(run=_viewer)
     sweeps.add_parser(kinds)
     tunnels.add_parser(kinds)
     beyond.add_parsers(kinds)
@@ -233,6 +238,13 @@ def _report(args):
     if path is None:
         raise DemoMissing(f'{DEMO} is not here; it lies in the checkout')
     return _told(args, 'Report', measure(path, FRAMES // 10 if args.quick else FRAMES))
+
+
+def _viewer(args):
+    from benchmarks.viewer_rate import POINTS, measure
+
+    check_outputs(args)
+    return _told(args, 'Viewer', measure(POINTS // 10 if args.quick else POINTS))
 
 
 def _told(args, title, goals):

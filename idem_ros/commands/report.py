@@ -11,7 +11,7 @@ Write a report on one RESULT or several, side by side, into the new folder DIR:
 
   report.html   one page, complete in itself: summary, errors and q_tot over time,
                 distribution and cumulative plots, before against after, times, and
-                the ten worst frames with both clouds from above and q_tot around
+                the ten worst frames with both clouds in 3D and q_tot around
                 the result; tables to download as CSV
   *.png, *.csv  the same pictures and tables as files
 

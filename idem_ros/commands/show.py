@@ -46,7 +46,7 @@ def run(args):
     require_ending('--out', args.out, ['.html', '.htm'])
     require_matplotlib('the pictures')
     from idem_ros.files.atomic_file import replacing, require_writable
-    from idem_ros.viewer.shown_frame import page_of
+    from idem_ros.report.shown_frame import page_of
 
     require_writable(args.out)
     text = page_of(args.result, args.frame, args.recordings_under)

@@ -1,22 +1,15 @@
 """The page of a report: one HTML file that holds all it shows and asks no network for anything."""
 
-from base64 import b64encode
-from hashlib import sha256
-from importlib.resources import files
 from itertools import groupby
-
-from jinja2 import Environment, StrictUndefined
-from markupsafe import Markup
 
 from idem_ros.report import tables as report_tables
 from idem_ros.report.plots import COLOURS
-from idem_ros.terminal.printable import printable
+from idem_ros.viewer.one_file import environment, policy, text_of
+from idem_ros.viewer.page import SCRIPTS
 
 MISSING = '–'
 LONG = 48  # letters of a cell from which on it is cut, and told in full on hovering
 CAPTIONS = {
-    'before': 'at the initial guess, from above',
-    'after': 'refined, from above',
     'q_tot': 'slice of q_tot around the result: a valley at the circle is what is sought',
 }
 READING = {
@@ -53,14 +46,15 @@ def page(runs, plots, worst, downloads):
         worst: for each run (`Table` of its worst frames, sentence on their order, [`Pictures`]).
         downloads: {file name: bytes of CSV}.
     """
-    script, style = (_beside(name) for name in ('report.js', 'report.css'))
-    hashed = b64encode(sha256(script.encode()).digest()).decode()
+    has_views = any(each.view for *_, pictures in worst for each in pictures)
+    names = (*(SCRIPTS if has_views else ()), 'report/report.js')
+    scripts = [text_of(name) for name in names]
     settings = report_tables.parameters(runs)
     return _template().render(
-        policy=f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
-        f"script-src 'sha256-{hashed}'",
-        script=script,
-        style=style,
+        policy=policy(scripts),
+        scripts=scripts,
+        has_views=has_views,
+        style=text_of('report/report.css') + text_of('viewer/viewer.css'),
         runs=runs,
         colours=COLOURS,
         tables=report_tables,
@@ -79,24 +73,9 @@ def page(runs, plots, worst, downloads):
 
 
 def _template():
-    environment = Environment(
-        autoescape=True, finalize=_without_controls, undefined=StrictUndefined, trim_blocks=True
-    )
-    environment.filters |= {'cell': _cell, 'link': data_link, 'numeric_columns': _numeric_columns}
-    return environment.from_string(_beside('report.html.jinja'))
-
-
-def _beside(name):
-    return files(__package__).joinpath(name).read_text(encoding='utf-8')
-
-
-def _without_controls(value):
-    return value if isinstance(value, Markup) else printable(value)
-
-
-def data_link(content, kind):
-    """Return bytes of a kind as an address that a page holds itself."""
-    return f'data:{kind};base64,{b64encode(content).decode()}'
+    made = environment()
+    made.filters |= {'cell': _cell, 'numeric_columns': _numeric_columns}
+    return made.get_template('report/report.html.jinja')
 
 
 def _numeric_columns(table):

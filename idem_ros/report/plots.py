@@ -1,6 +1,5 @@
 """The plots of a report: each one measure, all runs in it, before against after."""
 
-import io
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +9,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from idem_ros.report.runs import MEASURES
+from idem_ros.viewer.figures import STYLE, save
 
 COLOURS = ('#1f6fb4', '#d1495b', '#2e8b57', '#8e5ea2', '#b5720a', '#17919c', '#5c5c5c', '#a0336e')
 BEFORE = {'ls': (0, (2, 1.5)), 'lw': 1.0, 'alpha': 0.65}
 AFTER = {'ls': '-', 'lw': 1.2}
 WIDTH, HEIGHT, LEGEND_LINE = 4.1, 2.7, 0.19  # [in]; a phone's page is as wide
-STYLE = {'font.size': 9, 'axes.titlesize': 9, 'legend.fontsize': 8, 'svg.hashsalt': 'idem'}
 BINS = 30
 TICKS = 5
 MARGIN = 0.04
@@ -50,17 +49,6 @@ def plots(runs):
             for view, draw in VIEWS.items():
                 if with_before or view != 'before_after':
                     yield _plot(runs, measure, view, draw, with_before)
-
-
-def save(figure):
-    """Return a figure as (SVG, PNG); the same bytes for the same figure."""
-    contents = []
-    for kind, metadata in (('svg', {'Date': None}), ('png', {'Software': None})):
-        file = io.BytesIO()
-        figure.savefig(file, format=kind, metadata=metadata, dpi=140)
-        contents.append(file.getvalue())
-        figure.set_layout_engine('none')  # it is laid out now, which takes as long as to draw it
-    return contents
 
 
 def shown(name):

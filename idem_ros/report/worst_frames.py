@@ -4,17 +4,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from idem_ros.core import IdemError
-from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.refinement.q_tot_slice import slice_around
 from idem_ros.replay.clouds_again import clouds_of, settings_of
-from idem_ros.report import views
-from idem_ros.report.plots import STYLE
+from idem_ros.viewer.clouds_view import CloudsView, view_of
+from idem_ros.viewer.figures import STYLE, saved_as
 
 SHOWN = 10
+MOST_POINTS, MOST_OF_ALL = 12_000, 240_000  # of a cloud in 3D, and of all on the page
 STEPS = 17  # of a slice of q_tot, along each axis
 THREADS = 2
+SIZE = (4.1, 3.7)  # [in]
+BESIDE, BAR = (0.16, 0.13, 0.62, 0.8), (0.81, 0.2, 0.03, 0.66)
 CONVERGED = 'converged'
 
 
@@ -23,8 +27,9 @@ class Pictures:
     """What a frame looked like, or why that cannot be shown."""
 
     images: dict[str, bytes]
-    """PNG by what it shows: 'before', 'after', 'q_tot'."""
+    """PNG by what it shows: 'q_tot'."""
     note: str = ''
+    view: CloudsView | None = None
 
 
 def worst(run):
@@ -64,44 +69,54 @@ def draw(runs, orders, progress=lambda steps, total: steps, under=None):
         under: the folder that recordings must lie in; None: anywhere.
     """
     total = sum(len(order) for order in orders)
-    return dict(progress(_drawn(runs, orders, under), total))
+    most = min(MOST_POINTS, MOST_OF_ALL // max(2 * total, 1))
+    return dict(progress(_drawn(runs, orders, under, most), total))
 
 
-def _drawn(runs, orders, under):
+def draw_slice(slice_, guess):
+    """Return a figure of a `QTotSlice`; `guess` is the (2,) shift of the initial guess."""
+    figure = Figure(SIZE)  # fixed boxes: to lay out each figure takes as long as to draw it
+    axes = figure.add_axes(BESIDE)
+    axes.set_title(f'voxels {slice_.voxel_size:.3g} m, radius {slice_.radius:.3g} m')
+    axes.set_aspect('equal')
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5))
+    image = axes.pcolormesh(slice_.shifts, slice_.shifts, slice_.q_tot, shading='gouraud')
+    axes.plot(0, 0, 'o', mfc='none', mec='white', ms=9, label='refined')
+    if np.abs(guess).max() <= slice_.shifts[-1]:
+        axes.plot(*guess, 'x', color='white', ms=8, label='guess')
+    axes.set(xlabel='shift in x [m]', ylabel='shift in y [m]')
+    axes.legend(loc='upper right', facecolor='#444444', labelcolor='white')
+    figure.colorbar(image, cax=figure.add_axes(BAR), label='q_tot [nat]')
+    return figure
+
+
+def _drawn(runs, orders, under, most):
     for number, (run, order) in enumerate(zip(runs, orders, strict=True)):
         missing = {int(i) for i in order}
         note = f'no pictures: {run.result.bag} holds no such pair'
         try:
             for i, target, source in clouds_of(run.result, order, under):
                 missing.discard(i)
-                yield (number, i), _pictures(run.result, i, target, source)
+                yield (number, i), _pictures(run.result, i, target, source, most)
         except IdemError as error:
             note = f'no pictures: {error}'
         yield from (((number, i), Pictures({}, note)) for i in sorted(missing))
 
 
-def _pictures(result, i, target, source):
+def _pictures(result, i, target, source, most):
     frame = result.frames[i]
     if not ('T_guess' in frame and 'T_target_source' in frame):
         return Pictures({}, 'no pictures: the result does not say the poses')
     T_guess, T_refined = (np.array(frame[name]) for name in ('T_guess', 'T_target_source'))
+    view = view_of(target, source, (T_guess, T_refined), most)
     radius = frame.get('radius') or 0.0
-    refined = transform_points(T_refined, source)
-    view = views.seen_from_above(refined, radius)
-    images = {}
+    if not radius:
+        return Pictures({}, 'no slice of q_tot: nothing was evaluated', view)
+    config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
+    if 'voxel_size' in frame:  # what "auto" was
+        config = replace(config, voxel_size=frame['voxel_size'])
+    slice_ = slice_around(target, source, T_refined, T_guess, radius, config, STEPS)
     with rc_context(STYLE):
-        guessed = transform_points(T_guess, source)
-        for key, moved, title in (
-            ('before', guessed, 'at the initial guess, from above'),
-            ('after', refined, 'refined, from above'),
-        ):
-            images[key] = views.png(views.draw_from_above(target, moved, *view, title))
-        if not radius:
-            return Pictures(images, 'no slice of q_tot: nothing was evaluated')
-        config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
-        if 'voxel_size' in frame:  # what "auto" was
-            config = replace(config, voxel_size=frame['voxel_size'])
-        slice_ = slice_around(target, source, T_refined, T_guess, radius, config, STEPS)
-        offset = T_guess[:2, 3] - T_refined[:2, 3]
-        images['q_tot'] = views.png(views.draw_slice(slice_, offset))
-    return Pictures(images)
+        figure = draw_slice(slice_, T_guess[:2, 3] - T_refined[:2, 3])
+        return Pictures({'q_tot': saved_as('png', figure, 110)}, view=view)

@@ -12,8 +12,9 @@ from idem_ros.core.metric.displacement import AXES, centroid, displaced
 from idem_ros.core.metric.region_of_interest import nearest_maximum
 from idem_ros.refinement.debug_clouds import points_with_q
 from idem_ros.refinement.diagnostics import assessment_values
+from idem_ros.viewer.clouds_view import CloudsView, view_of
 
-MOST_POINTS = 100_000  # of each cloud; of a larger one every second point is shown, or every third
+MOST_POINTS = 100_000  # of each cloud
 STEPS = 40  # of a curve, on either side of the result
 REACH = 4.0  # radii that a curve goes at least
 
@@ -35,23 +36,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Scene:
-    """What is shown of one registration; the target frame is moved to the middle of the source."""
+    """What is shown of one registration."""
 
     title: str
-    target: np.ndarray
-    """(N, 3) float32, in the target frame."""
-    source: np.ndarray
-    """(M, 3) float32, in the source frame."""
-    every: tuple[int, int]
-    """Which of the points of target and source are shown: every so many-th."""
-    poses: tuple[np.ndarray, ...]
-    """(4, 4) source in target frame: at the guess, after each step, and refined."""
-    means: np.ndarray
-    """(K, 3): what q_tot is of, both clouds at the result, in the target frame."""
-    q: np.ndarray
-    """(K,): what each adds to q_tot [nat]."""
-    free: np.ndarray
-    """(F, 6): motions that nothing determines, x y z rx ry rz in the target frame."""
+    view: CloudsView
     curves: tuple[Curve, ...]
     values: dict[str, str]
     """What the verdict stands on, by name."""
@@ -68,29 +56,15 @@ def scene_of(title, target, source, T_guess, config):
     """
     clouds = Cloud(target), Cloud(source)
     result = register(*clouds, T_guess, config)
-    T = result.T_target_source
-    middle = np.median(transform_points(T, source), axis=0)
     means, q, _ = points_with_q(result, *clouds, config)
-    shown = [_thinned(points) for points in (target - middle, source)]
-    to_middle = np.eye(4)
-    to_middle[:3, 3] = -middle
+    poses = T_guess, *result.path[:-1], result.T_target_source
+    free = result.motions[~result.observable]
     return Scene(
         title=title,
-        target=shown[0][0],
-        source=shown[1][0],
-        every=(shown[0][1], shown[1][1]),
-        poses=tuple(to_middle @ each for each in (T_guess, *result.path[:-1], T)),
-        means=np.float32(means - middle),
-        q=np.float32(q),
-        free=result.motions[~result.observable],
+        view=view_of(target, source, poses, MOST_POINTS, (means, q), free),
         curves=tuple(_curves(clouds, T_guess, result, config)),
         values={name: str(value) for name, value in _values(result).items()},
     )
-
-
-def _thinned(points):
-    every = max(1, -(-len(points) // MOST_POINTS))
-    return np.float32(points[::every]), every
 
 
 def _curves(clouds, T_guess, result, config):

@@ -1,118 +1,204 @@
 'use strict';
-/* global THREE, SCENE */
-(() => {
-  const TARGET = new THREE.Color('#1f6fb4'), SOURCE = new THREE.Color('#d1495b');
-  const view = document.getElementById('view');
+/* global THREE */
+/* exported viewer */
+// viewer.show(BLOCK) shows what a `script.scene` of the page holds, in the page's one #viewer.
+const viewer = (() => {
+  const TARGET = '#1f6fb4', SOURCE = '#d1495b', GROUND = '#10151b';
+  const QUICK = 40, RESTED = 150, LEAST = 0.02; // [ms] of a frame while turning, [ms] until all is drawn
+  const part = document.getElementById('viewer'), view = document.getElementById('view');
+  const step = document.getElementById('step'), said = document.getElementById('said');
   const floats = text => {
     const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
     return new Float32Array(bytes.buffer);
+  };
+  const describe = (scene, shown) => {
+    for (const [k, name] of ['target', 'source'].entries()) {
+      const count = shown[name].length / 3, all = scene.of[k];
+      document.getElementById(`of-${name}`).textContent = count < all ? `${count} of ${all}` : `${all}`;
+    }
+    document.getElementById('by').hidden = document.getElementById('by-key').hidden = !shown.q.length;
+    document.getElementById('free-key').hidden = !scene.free.length;
+  };
+
+  // without WebGL: both clouds from above, what lies at the bottom of its surroundings left out
+  const drawFromAbove = (pen, points, half, colour) => {
+    const cell = half / 5, lowest = new Map();
+    const keyOf = k => `${Math.floor(points[k] / cell)} ${Math.floor(points[k + 1] / cell)}`;
+    for (let k = 0; k < points.length; k += 3)
+      lowest.set(keyOf(k), Math.min(points[k + 2], lowest.get(keyOf(k)) ?? Infinity));
+    const above = k => points[k + 2] > lowest.get(keyOf(k)) + cell / 4;
+    let found = 0;
+    for (let k = 0; k < points.length; k += 3) found += above(k);
+    const all = found < 0.1 * points.length / 3, scale = pen.canvas.width / (2 * half);
+    pen.fillStyle = colour;
+    for (let k = 0; k < points.length; k += 3)
+      if (all || above(k)) pen.fillRect((half + points[k]) * scale, (half - points[k + 1]) * scale, 1.5, 1.5);
+  };
+  const moved = (points, m) => points.map((_, i) => {
+    const k = i - i % 3, row = i % 3;
+    return m[row] * points[k] + m[row + 4] * points[k + 1] + m[row + 8] * points[k + 2] + m[row + 12];
+  });
+  const showPictures = scene => {
+    part.classList.add('flat');
+    const shown = { target: floats(scene.target), source: floats(scene.source), q: [] };
+    describe(scene, shown);
+    const pictures = part.querySelector('.pictures');
+    pictures.querySelectorAll('img').forEach(each => each.remove());
+    for (const at of [0, scene.poses.length - 1]) {
+      const canvas = document.createElement('canvas'), image = new Image();
+      canvas.width = canvas.height = 560;
+      const pen = canvas.getContext('2d');
+      pen.fillStyle = '#ffffff';
+      pen.fillRect(0, 0, 560, 560);
+      drawFromAbove(pen, shown.target, 0.6 * scene.extent, TARGET);
+      drawFromAbove(pen, moved(shown.source, scene.poses[at]), 0.6 * scene.extent, SOURCE);
+      image.src = canvas.toDataURL();
+      image.alt = image.title = scene.names[at];
+      pictures.append(image);
+    }
   };
 
   let renderer;
   try {
     renderer = new THREE.WebGLRenderer({ canvas: view.querySelector('canvas'), antialias: false });
   } catch (error) {
-    document.body.classList.add('flat'); // the pictures are shown instead
-    return;
+    return { show: block => showPictures(JSON.parse(block.textContent)) };
   }
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-  renderer.setClearColor('#10151b');
-  const scene = new THREE.Scene();
+  renderer.setClearColor(GROUND);
   const camera = new THREE.PerspectiveCamera(50, 1, 0.01, 1e6);
   camera.up.set(0, 0, 1);
+  const controls = new THREE.OrbitControls(camera, renderer.domElement);
 
-  const material = options => new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, ...options });
   const cloud = (positions, options) => {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-    return new THREE.Points(geometry, material(options));
+    return new THREE.Points(geometry, new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, ...options }));
   };
-  const poses = SCENE.poses.map(values => new THREE.Matrix4().fromArray(values));
-  const target = cloud(floats(SCENE.target), { color: TARGET });
-  const source = cloud(floats(SCENE.source), { color: SOURCE, size: 3 });
-  source.matrixAutoUpdate = false;
-
-  // q_i: dark blue where the clouds agree, through white to red where they do not
-  const q = floats(SCENE.q), colours = new Float32Array(3 * q.length), ramp = new THREE.Color();
-  const highest = [...q].sort((a, b) => a - b)[Math.floor(0.98 * (q.length - 1))] || 1;
-  const [low, middle, high] = ['#2b5fa8', '#f2f2f2', '#c8102e'].map(c => new THREE.Color(c));
-  q.forEach((value, i) => {
-    const share = Math.max(0, Math.min(1, value / highest));
-    if (share < 0.5) ramp.lerpColors(low, middle, 2 * share);
-    else ramp.lerpColors(middle, high, 2 * share - 1);
-    ramp.toArray(colours, 3 * i);
-  });
-  const means = cloud(floats(SCENE.means), { vertexColors: true, size: 4 });
-  means.geometry.setAttribute('color', new THREE.BufferAttribute(colours, 3));
-
-  // what nothing determines: a line along a translation, a ring about a turn, at the sensor
-  const free = SCENE.free.map(motion => {
+  // dark blue where the clouds agree, through white to red where they do not
+  const coloursOf = q => {
+    const colours = new Uint8Array(3 * q.length), ramp = new THREE.Color();
+    const highest = q.slice().sort()[Math.floor(0.98 * (q.length - 1))] || 1;
+    const [low, middle, high] = ['#2b5fa8', '#f2f2f2', '#c8102e'].map(c => new THREE.Color(c));
+    q.forEach((value, i) => {
+      const share = Math.max(0, Math.min(1, value / highest));
+      if (share < 0.5) ramp.lerpColors(low, middle, 2 * share);
+      else ramp.lerpColors(middle, high, 2 * share - 1);
+      colours.set([ramp.r, ramp.g, ramp.b].map(c => Math.round(255 * c)), 3 * i);
+    });
+    return new THREE.BufferAttribute(colours, 3, true);
+  };
+  // a line along a translation, a ring about a turn, at the sensor
+  const lineAlong = (motion, extent, pose) => {
     const [move, turn] = [new THREE.Vector3(...motion.slice(0, 3)), new THREE.Vector3(...motion.slice(3))];
-    const points = [], size = 0.15 * SCENE.extent;
-    if (move.length() * SCENE.extent > turn.length() * SCENE.extent ** 2 || turn.length() === 0) {
+    const points = [], size = 0.15 * extent;
+    if (move.length() > turn.length() * extent || turn.length() === 0) {
       move.normalize().multiplyScalar(size);
       points.push(move.clone().negate(), move);
     } else {
       turn.normalize();
-      const across = new THREE.Vector3(Math.abs(turn.z) < 0.9 ? 0 : 1, 0, Math.abs(turn.z) < 0.9 ? 1 : 0).cross(turn).setLength(size);
+      const across = new THREE.Vector3(Math.abs(turn.z) < 0.9 ? 0 : 1, 0, Math.abs(turn.z) < 0.9 ? 1 : 0);
+      across.cross(turn).setLength(size);
       for (let k = 0; k < 48; k++)
-        for (const step of [k, k + 1])
-          points.push(across.clone().applyAxisAngle(turn, step * Math.PI / 24));
+        for (const corner of [k, k + 1])
+          points.push(across.clone().applyAxisAngle(turn, corner * Math.PI / 24));
     }
     const line = new THREE.LineSegments(
-      new THREE.BufferGeometry().setFromPoints(points),
-      new THREE.LineBasicMaterial({ color: '#ffc61a' }));
-    line.position.setFromMatrixPosition(poses[poses.length - 1]);
+      new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: '#ffc61a' }));
+    line.position.setFromMatrixPosition(pose);
     return line;
-  });
-  scene.add(target, source, means, new THREE.AxesHelper(0.05 * SCENE.extent), ...free);
-
-  const controls = new THREE.OrbitControls(camera, renderer.domElement);
-  const look = () => {
-    controls.target.set(0, 0, 0);
-    camera.position.set(-0.6, -0.6, 0.7).multiplyScalar(SCENE.extent);
-    controls.update();
-    draw();
   };
-  let waiting = false;
-  const render = () => renderer.render(scene, camera);
+
+  // what is shown: its clouds, its poses, and the share of its points that is drawn while it turns
+  let clouds = {}, scene = new THREE.Scene(), poses = [], names = [], extent = 1;
+  let share = 1, isTurning = false, waiting = false, before = 0, resting;
+  const render = () => {
+    for (const each of Object.values(clouds)) {
+      const count = each.geometry.attributes.position.count;
+      each.geometry.setDrawRange(0, isTurning ? Math.ceil(share * count) : count);
+    }
+    renderer.render(scene, camera);
+  };
   const draw = () => {
     if (waiting) return;
     waiting = true;
-    requestAnimationFrame(() => { waiting = false; render(); });
+    requestAnimationFrame(now => {
+      waiting = false;
+      const took = now - before;
+      before = now;
+      if (isTurning && took < 10 * QUICK) // longer: it had stood still
+        share = Math.max(LEAST, Math.min(1, share * Math.max(0.5, Math.min(1.1, QUICK / took))));
+      render();
+    });
   };
-  controls.addEventListener('change', draw);
-
+  // a browser that draws in software cannot draw all points in time: while the view turns it draws as many as it can
+  const turned = () => {
+    isTurning = true;
+    clearTimeout(resting);
+    resting = setTimeout(() => { isTurning = false; draw(); }, RESTED);
+    draw();
+  };
+  controls.addEventListener('change', turned);
+  const look = () => {
+    controls.target.set(0, 0, 0);
+    camera.position.set(-0.6, -0.6, 0.7).multiplyScalar(extent);
+    controls.update();
+    draw();
+  };
   const resize = () => {
     const { clientWidth: width, clientHeight: height } = view;
+    if (!width || !height) return;
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
     draw();
   };
-  window.addEventListener('resize', resize);
+  new ResizeObserver(resize).observe(view);
 
-  const step = document.getElementById('step'), said = document.getElementById('said');
-  const by = () => document.querySelector('input[name=by]:checked').value;
-  const show = () => {
-    const number = Number(step.value), byQ = by() === 'q';
-    source.matrix.copy(poses[number]);
-    source.matrixWorldNeedsUpdate = true;
-    target.visible = source.visible = !byQ;
-    means.visible = byQ;
-    step.disabled = byQ;
-    said.textContent = byQ ? 'at the result' : SCENE.names[number];
+  const choose = () => {
+    const number = Number(step.value), hasQ = clouds.means.geometry.attributes.position.count > 0;
+    const isByQ = hasQ && document.querySelector('input[name=by]:checked').value === 'q';
+    clouds.source.matrix.copy(poses[number]);
+    clouds.source.matrixWorldNeedsUpdate = true;
+    clouds.target.visible = clouds.source.visible = !isByQ;
+    clouds.means.visible = isByQ;
+    step.disabled = isByQ;
+    said.textContent = isByQ ? 'at the result' : names[number];
     draw();
   };
-  step.addEventListener('input', show);
-  document.querySelectorAll('input[name=by]').forEach(each => each.addEventListener('change', show));
+  step.addEventListener('input', choose);
+  document.querySelectorAll('input[name=by]').forEach(each => each.addEventListener('change', choose));
   document.getElementById('home').addEventListener('click', look);
 
-  resize();
-  look();
-  show();
-  // for who measures: frames a second, each of them finished
-  window.framesPerSecond = frames => {
+  const show = block => {
+    const given = JSON.parse(block.textContent);
+    for (const each of Object.values(clouds)) {
+      each.geometry.dispose();
+      each.material.dispose();
+    }
+    const shown = Object.fromEntries(['target', 'source', 'means', 'q'].map(name => [name, floats(given[name])]));
+    ({ names, extent } = given);
+    poses = given.poses.map(values => new THREE.Matrix4().fromArray(values));
+    clouds = {
+      target: cloud(shown.target, { color: TARGET }),
+      source: cloud(shown.source, { color: SOURCE, size: 3 }),
+      means: cloud(shown.means, { vertexColors: true, size: 4 }),
+    };
+    clouds.source.matrixAutoUpdate = false;
+    clouds.means.geometry.setAttribute('color', coloursOf(shown.q));
+    scene = new THREE.Scene();
+    scene.add(...Object.values(clouds), new THREE.AxesHelper(0.05 * extent));
+    scene.add(...given.free.map(motion => lineAlong(motion, extent, poses[poses.length - 1])));
+    describe(given, shown);
+    step.max = names.length - 1;
+    step.value = step.max;
+    resize();
+    look();
+    choose();
+  };
+
+  // for who measures: all points again and again, each frame finished; and frames that were seen while it turns
+  const framesPerSecond = frames => {
     const pixel = new Uint8Array(4), gl = renderer.getContext(), begun = performance.now();
     for (let k = 0; k < frames; k++) {
       camera.position.applyAxisAngle(camera.up, 0.02);
@@ -122,4 +208,20 @@
     }
     return 1000 * frames / (performance.now() - begun);
   };
+  const turning = seconds => new Promise(resolve => {
+    const begun = performance.now();
+    let frames = 0;
+    const next = now => {
+      if (now > begun + 1000 * seconds) {
+        resolve({ framesPerSecond: 1000 * frames / (now - begun), share });
+        return;
+      }
+      frames += 1;
+      camera.position.applyAxisAngle(camera.up, 0.02);
+      controls.update();
+      requestAnimationFrame(next);
+    };
+    requestAnimationFrame(next);
+  });
+  return { show, framesPerSecond, turning };
 })();

@@ -28,7 +28,7 @@ def test_a_report_is_a_page_with_its_pictures_and_tables_beside(tmp_path):
     assert page == tmp_path / 'report' / 'report.html'
     names = {file.name for file in page.parent.iterdir()}
     expected = {'frames_result.csv', 'worst_result.csv', 'translation_error_m_over_time.png'}
-    assert expected | {'worst_result_0_before.png', 'worst_result_0_q_tot.png'} <= names
+    assert expected | {'worst_result_0_q_tot.png'} <= names
     assert {name.rpartition('.')[2] for name in names} == {'html', 'png', 'csv'}
 
 

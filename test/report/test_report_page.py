@@ -1,6 +1,7 @@
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from replayed import changed, write_replayed
 
@@ -9,9 +10,10 @@ from idem_ros.report import worst_frames
 from idem_ros.report.page import page
 from idem_ros.report.plots import Plot
 from idem_ros.report.runs import read_runs
+from idem_ros.viewer.clouds_view import view_of
 
 PLOT = Plot('stem', 'title', 'measure', b'<svg/>', b'')
-VOID = {'meta', 'link', 'img', 'br'}
+VOID = {'meta', 'link', 'img', 'br', 'input'}
 EVIL = '</script><script>alert("x")</script><img src=http://evil.example/x.png>'
 
 
@@ -42,10 +44,10 @@ class Tags(HTMLParser):
         return [attributes for name, attributes in self.found if name == tag]
 
 
-def page_of(paths, plots=(PLOT,)):
+def page_of(paths, plots=(PLOT,), view=None):
     runs = read_runs(paths)
     ordered = [worst_frames.worst(run) for run in runs]
-    pictures = worst_frames.Pictures({'before': b'png'}, 'a note')
+    pictures = worst_frames.Pictures({'q_tot': b'png'}, 'a note', view)
     worst = [
         (report_tables.worst(run, order), sentence, [pictures] * len(order))
         for run, (order, sentence) in zip(runs, ordered, strict=True)
@@ -77,9 +79,21 @@ def test_its_policy_forbids_every_script_but_its_own(result):
 def test_each_of_the_worst_frames_has_a_button_and_its_pictures(result):
     tags = Tags(page_of([result, changed(result, lambda record: None)]))
     buttons = [each['aria-controls'] for each in tags.all('button')]
-    ids = [each['id'] for each in tags.all('div') if each.get('class') == 'pictures']
+    ids = [each['id'] for each in tags.all('div') if each.get('class') == 'frame']
     assert buttons == ids
     assert len(ids) == len(set(ids)) == 8
+
+
+def test_clouds_are_on_the_page_once_each_and_the_viewer_once(result, rng):
+    points = rng.uniform(0, 1, (20, 3))
+    text = page_of([result], view=view_of(points, points, (np.eye(4), np.eye(4)), 10))
+    tags = Tags(text)
+    scenes = [each for each in tags.all('script') if each.get('class') == 'scene']
+    assert len(scenes) == 4
+    assert [each['id'] for each in tags.all('div') if each.get('id') == 'viewer'] == ['viewer']
+    policy = tags.all('meta')[1]['content']
+    assert policy.count('sha256-') == text.count('<script>') == 3
+    assert len(page_of([result])) < 100_000  # without clouds there is no viewer
 
 
 def test_links_within_the_page_lead_somewhere(result):

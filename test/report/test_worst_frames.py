@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from replayed import changed, write_replayed
 
+from idem_ros.refinement.q_tot_slice import QTotSlice
+from idem_ros.report import worst_frames
 from idem_ros.report.runs import read_runs
-from idem_ros.report.worst_frames import draw, worst
+from idem_ros.report.worst_frames import draw, draw_slice, worst
 
 PNG = b'\x89PNG\r\n'
 
@@ -54,12 +56,14 @@ def test_ten_are_shown_and_of_no_frame_none(tmp_path):
     assert len(worst(run)[0]) == 0
 
 
-def test_each_has_both_views_and_a_slice(result):
+def test_each_has_both_clouds_and_a_slice(result):
     runs = read_runs([result])
     pictures = draw(runs, [[2, 0]])
     assert set(pictures) == {(0, 2), (0, 0)}
     for each in pictures.values():
-        assert list(each.images) == ['before', 'after', 'q_tot']
+        assert each.view.names == ['at the guess', 'refined']
+        assert min(map(len, (each.view.target, each.view.source))) > 100
+        assert list(each.images) == ['q_tot']
         assert all(image.startswith(PNG) for image in each.images.values())
         assert each.note == ''
 
@@ -67,7 +71,8 @@ def test_each_has_both_views_and_a_slice(result):
 def test_a_frame_that_was_not_evaluated_has_no_slice_and_says_so(result):
     run = with_columns(result, radius=[0.0] * 4)
     (each,) = draw([run], [[1]]).values()
-    assert list(each.images) == ['before', 'after']
+    assert each.images == {}
+    assert each.view
     assert 'nothing was evaluated' in each.note
 
 
@@ -98,4 +103,18 @@ def test_frames_of_several_results_are_drawn_each_at_its_own_pose(result):
     moved[0, 3] = 1.0
     other = with_columns(result, T_target_source=[moved.tolist()] * 4)
     pictures = draw([read_runs([result])[0], other], [[1], [1]])
-    assert pictures[0, 1].images['after'] != pictures[1, 1].images['after']
+    starts = [pictures[number, 1].view.poses[0] for number in (0, 1)]  # from the result's place
+    assert not np.allclose(*starts)
+
+
+def test_of_many_frames_fewer_points_each_are_shown(result, monkeypatch):
+    monkeypatch.setattr(worst_frames, 'MOST_OF_ALL', 80)
+    pictures = draw(read_runs([result]), [[0, 1]])
+    assert [len(each.view.source) for each in pictures.values()] == [20, 20]
+
+
+def test_the_slice_says_its_units(rng):
+    slice_ = QTotSlice(np.linspace(-1, 1, 3), rng.random((3, 3)), voxel_size=0.1, radius=0.3)
+    axes = draw_slice(slice_, np.zeros(2)).axes
+    labels = [label for each in axes for label in (each.get_xlabel(), each.get_ylabel()) if label]
+    assert labels == ['shift in x [m]', 'shift in y [m]', 'q_tot [nat]']

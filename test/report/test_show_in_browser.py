@@ -1,23 +1,13 @@
 import re
 
 import pytest
-from browser import open_browser
+from browser import COLOURS, SOFTWARE, open_browser
 from replayed import write_replayed
 
-from idem_ros.viewer.shown_frame import page_of
+from idem_ros.report.shown_frame import page_of
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
-SOFTWARE = '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'
-COLOURS = """
-(() => {
-  const gl = document.querySelector('canvas').getContext('webgl2');
-  const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
-  const pixels = new Uint8Array(4 * width * height);
-  window.framesPerSecond(1);
-  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-  return new Set(new Uint32Array(pixels.buffer)).size;
-})()
-"""
+FLAT = "document.getElementById('viewer').classList.contains('flat')"
 
 
 @pytest.fixture(scope='module')
@@ -37,9 +27,8 @@ def browser(tmp_path_factory):
 @pytest.mark.parametrize('size', [DESKTOP, PHONE])
 def test_the_clouds_are_drawn_without_the_network_and_without_a_complaint(browser, address, size):
     browser.open(address, *size)
-    if browser.evaluate("document.body.classList.contains('flat')"):
+    if browser.evaluate(FLAT):
         pytest.skip('this browser has no WebGL, not even in software')
-    assert browser.evaluate('new Set([0]).size') == 1
     assert (
         browser.evaluate("getComputedStyle(document.querySelector('.pictures')).display") == 'none'
     )
@@ -53,15 +42,25 @@ def test_the_slider_goes_from_the_guess_to_the_result(browser, address):
     browser.open(address, *DESKTOP)
     step = "document.getElementById('step')"
     assert browser.evaluate(f'{step}.value') == browser.evaluate(f'{step}.max')
-    if not browser.evaluate("document.body.classList.contains('flat')"):
+    if not browser.evaluate(FLAT):
         browser.evaluate(f"{step}.value = 0; {step}.dispatchEvent(new Event('input'))")
         assert browser.evaluate("document.getElementById('said').textContent") == 'at the guess'
+
+
+def test_while_the_view_turns_points_may_be_left_out_and_then_all_are_drawn(browser, address):
+    browser.open(address, *DESKTOP)
+    if browser.evaluate(FLAT):
+        pytest.skip('this browser has no WebGL, not even in software')
+    turned = browser.evaluate('viewer.turning(0.5)')
+    assert turned['framesPerSecond'] > 0
+    assert 0 < turned['share'] <= 1
+    assert browser.evaluate(COLOURS) >= 3
 
 
 def test_a_browser_without_webgl_shows_pictures(address, tmp_path):
     with open_browser(tmp_path, '--disable-3d-apis') as page:
         page.open(address, *DESKTOP)
-        assert page.evaluate("document.body.classList.contains('flat')")
+        assert page.evaluate(FLAT)
         assert page.evaluate("getComputedStyle(document.getElementById('view')).display") == 'none'
         pictures = "document.querySelectorAll('.pictures img')"
         assert page.evaluate(f'[...{pictures}].every(image => image.naturalWidth > 100)')

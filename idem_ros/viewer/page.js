@@ -1,0 +1,3 @@
+'use strict';
+/* global viewer */
+viewer.show(document.querySelector('script.scene'));
