@@ -7,6 +7,7 @@ import numpy as np
 
 from benchmarks.case import Case
 from idem_ros.core.geometry import se3
+from idem_ros.core.geometry.undistortion import reference_time
 from idem_ros.simulation.drive import drive, perturbed
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
 
@@ -31,7 +32,7 @@ class Sweep:
     Attributes:
         kind: the scene.
         rings: of the sensor.
-        still: `Case` of a scan from the pose at the sweep's middle, which is its truth.
+        still: `Case` of a scan from the pose at the middle of the points' times, its truth.
         points: (N, 3) of the sweep, each in the sensor's frame at its own time.
         times: (N,) [s] from the sweep's begin.
         twist: (6,) the exact one.
@@ -63,9 +64,11 @@ def sweep(kind, seed):
     turn = np.radians(TURNS[seed // 3 % 3]) * rng.choice([-1.0, 1.0])
     twist = np.array([speed, *rng.normal(0.0, 0.1, 2), *rng.normal(0.0, 0.05, 2), turn])
     begin = poses[here + 1]
-    truth = se3.inverse(poses[here]) @ begin @ se3.exp(SWEEP / 2 * twist[ROS_ORDER])
     target = scan(scene, poses[here], lidar, rng)
     seen, times = moving_scan(scene, begin, twist, SWEEP, lidar, rng)
+    # of the points, as `motion_reference` has it: half a column before that of the turn
+    middle = reference_time(times, 'middle')
+    truth = se3.inverse(poses[here]) @ begin @ se3.exp(middle * twist[ROS_ORDER])
     still = scan(scene, poses[here] @ truth, lidar, rng)
     off = GUESS_M if kind != 'room' else GUESS_M / 3
     return Sweep(

@@ -193,10 +193,16 @@ def _find_tf(recording, given):
                 f'{recording.path} has {len(moving)} topics of transforms, and none is named /tf: '
                 f'{", ".join(moving)}; choose one or several with --tf-topic'
             )
-    beside = [name + STATIC for name in chosen if name + STATIC in names]
-    static = beside or [name for name in names if name.lstrip('/') == 'tf_static']
-    only = [name for name in names if name.endswith(STATIC)]
-    return tuple(chosen), tuple(static or (only if len(only) == 1 else ()))
+    beside = tuple(name + STATIC for name in chosen if name + STATIC in names)
+    return tuple(chosen), beside or static_transforms(recording)
+
+
+def static_transforms(recording):
+    """Return the topics of transforms that hold for all time: /tf_static, or the only one."""
+    names = [name for name, topic in recording.topics.items() if topic.msgtype == TF]
+    only = tuple(name for name in names if name.endswith(STATIC))
+    usual = tuple(name for name in names if name.lstrip('/') == 'tf_static')
+    return usual or (only if len(only) == 1 else ())
 
 
 def _named(recording, role, given, msgtype):

@@ -81,7 +81,9 @@ class SweepMotion:
             UnknownMotion: nothing tells the motion.
             UncoveredSweep: the guesses do not reach far enough.
         """
-        return self._turned(self._told(kind, asked, begin, end), asked.pair, begin, end)
+        told, pair = self._told(kind, asked, begin, end), asked.pair
+        track, self.imu_said = turned(told, pair.rates, pair.stamp, begin, end)
+        return track
 
     def _told(self, kind, asked, begin, end):
         if kind == 'last':
@@ -92,19 +94,6 @@ class SweepMotion:
             if kind == 'guess':
                 raise
             return self._continued(asked)
-
-    def _turned(self, track, pair, begin, end):
-        """Return a track that turns as the IMU says, where there is one; say whether it does."""
-        if pair.rates is None:
-            self.imu_said = None, ''
-            return track
-        try:
-            stamps, rotations = pair.rates.turns_over(*_instants(pair, begin, end))
-        except UnusableRates as error:
-            self.imu_said = None, str(error)
-            return track
-        self.imu_said = rotations, f'the rates of {pair.rates.frame!r} tell the rotation'
-        return track.turned((stamps - pair.stamp) / 1e9, rotations)
 
     def of_target(self, asked, middle, reference, track):
         """Return the `Track` of the scan that is a target; None: it is not known.
@@ -171,18 +160,40 @@ class SweepMotion:
         return _constant(step, last.instant - before.instant, 'from one usable result to the next')
 
 
+def turned(track, rates, stamp, begin, end):
+    """Return a track that turns as an IMU says, where there is one, and what that is.
+
+    Args:
+        track: `Track` that tells where the sensor was.
+        rates: `TurnRates`; None: there are none.
+        stamp: of the source [ns].
+        begin, end: of the times of its points [s].
+
+    Returns:
+        `Track`; and (what the IMU told or None, the same in words, or why it tells nothing).
+    """
+    if rates is None:
+        return track, (None, '')
+    try:
+        stamps, rotations = rates.turns_over(*_instants(stamp, begin, end))
+    except UnusableRates as error:
+        return track, (None, str(error))
+    said = f'the rates of {rates.frame!r} tell the rotation'
+    return track.turned((stamps - stamp) / 1e9, rotations), (rotations, said)
+
+
 def _guessed(asked, begin, end):
     pair = asked.pair
     if asked.step is not None:
         return _constant(asked.T_guess, asked.step, 'the guess, from scan to scan,')
     if pair.guess.trail is None:
         raise UnknownMotion('the guess comes alone, without others before and after it')
-    stamps, poses = pair.guess.trail.poses_over(*_instants(pair, begin, end))
+    stamps, poses = pair.guess.trail.poses_over(*_instants(pair.stamp, begin, end))
     return Track((stamps - pair.stamp) / 1e9, poses)
 
 
-def _instants(pair, *times):
-    return [pair.stamp + round(1e9 * time) for time in times]
+def _instants(stamp, *times):
+    return [stamp + round(1e9 * time) for time in times]
 
 
 def _constant(step, duration, what):

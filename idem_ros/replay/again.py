@@ -43,7 +43,7 @@ def settings_of(result):
     settings = {key: value for key, value in made_by.items() if key not in NO_SETTINGS}
     settings = from_record(settings)
     of_pairs = 'target', 'source', 'guess', 'truth', 'imu'
-    roles = ('source', 'truth') if settings.sequence else of_pairs
+    roles = ('source', 'truth', 'imu') if settings.sequence else of_pairs
     topics = {f'{role}_topic': made_by['topics'].get(role) for role in roles}
     if settings.guess.type == 'tf' and not settings.sequence:
         topics['tf_topic'] = made_by['topics'].get('tf')

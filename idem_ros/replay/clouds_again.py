@@ -18,7 +18,7 @@ from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import FROM_A_FILE, find_topic, find_topics
 from idem_ros.refinement.preprocessing import preprocess
 from idem_ros.replay.named_recording import named_recording, require_map_under
-from idem_ros.replay.sequence import SCANS_KEPT
+from idem_ros.replay.odometry import SCANS_KEPT
 from idem_ros.replay.settings import SCAN, Settings, from_record
 
 AROUND = 20.0  # [m] of a map beyond the source

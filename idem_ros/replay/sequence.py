@@ -1,50 +1,29 @@
-"""Odometry over one topic of scans: each against the one before, or against the last few."""
+"""A recording as a sequence: each scan of one topic against those before it."""
 
 from array import array
-from collections import deque
-from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from idem_ros.core import Cloud, IdemError
-from idem_ros.core.geometry.se3 import inverse, transform_points
-from idem_ros.core.geometry.undistortion import reference_time
-from idem_ros.core.metric.voxel_size import with_voxel_size
+from idem_ros.core import IdemError
 from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.pairing.guess_sources import rates_near
 from idem_ros.pairing.pair import Refusal
-from idem_ros.recording.topics import Topics, find_topic
-from idem_ros.refinement.prepared_cloud import PreparedCloud, Stopwatch, left_out, prepared
-from idem_ros.refinement.refiner import registered
-from idem_ros.refinement.sweep_motion import UnknownMotion
-from idem_ros.refinement.times_said import TimesSaid
-from idem_ros.refinement.track import Track, twist_of
-from idem_ros.refinement.undoing import undoing_of, undone
+from idem_ros.pairing.stamped_poses import StampedPoses
+from idem_ros.pairing.transform_tree import TransformTree
+from idem_ros.pairing.turn_rates import IMU, KEPT
+from idem_ros.recording.topics import Topics, find_topic, static_transforms
+from idem_ros.refinement.prepared_cloud import Stopwatch, prepared
 from idem_ros.replay.frames import Sequence
-from idem_ros.replay.peers import method_of
+from idem_ros.replay.odometry import Odometry, Scan
 from idem_ros.replay.recorded_truth import is_relative, truth_topic_of
 from idem_ros.replay.sequence_errors import errors_of, tie_of
-from idem_ros.replay.settings import SCAN
 from idem_ros.replay.spool import Spool
-
-ODOM = 'odom'
-SCANS_KEPT = 10  # of a submap
 
 
 class UselessTopic(IdemError):
     """A topic that is named for a role which what is asked for does not have."""
-
-
-@dataclass(frozen=True)
-class Scan:
-    """A scan that was read."""
-
-    stamp: int
-    frame: str
-    cloud: PreparedCloud
-    read_ms: float
 
 
 class Scans:
@@ -58,6 +37,8 @@ class Scans:
         settings: `Settings`, of which it takes how scans are preprocessed.
         source_topic: name; None: found by type.
         truth_topic: name; None: the one that ends in ground_truth, if there is one.
+        imu_topic: name of the topic of an IMU, whose frame is that of the scans or one that
+            static transforms tell the place of; None: none is taken.
         others: of other roles, which a sequence has not.
 
     Attributes:
@@ -72,21 +53,31 @@ class Scans:
 
     waiting = 0
 
-    def __init__(self, recording, settings, source_topic=None, truth_topic=None, **others):
+    def __init__(
+        self, recording, settings, source_topic=None, truth_topic=None, imu_topic=None, **others
+    ):
         for useless in filter(None, others.values()):
             name = useless if isinstance(useless, str) else ', '.join(useless)
             raise UselessTopic(
                 f'{name} is named, but a sequence has neither target nor guess: '
-                '--source-topic names the scans, --truth-topic the true poses'
+                '--source-topic names the scans, --truth-topic the true poses, --imu-topic an IMU'
             )
         source = find_topic(recording, CLOUD, 'source', source_topic)
-        self.topics = Topics(source, source, None, truth_topic_of(recording, truth_topic))
-        truth = self.topics.truth
+        truth = truth_topic_of(recording, truth_topic)
+        imu = find_topic(recording, IMU, 'imu', imu_topic) if imu_topic else None
+        static = static_transforms(recording) if imu else ()
+        self.topics = Topics(source, source, None, truth, tf_static=static, imu=imu)
+        self._rates, self._frames, self._guess = (
+            StampedPoses(KEPT),
+            TransformTree(),
+            settings.guess,
+        )
         self._is_chained = bool(truth) and is_relative(recording, truth, source)
         self._of_clouds = settings.preprocessing, settings.point_times
-        self._times_said, self._motion = TimesSaid(), settings.config.motion
+        self._times_said, self._motion = None, settings.config.motion
         self._stamps = array('q')  # of all scans [ns]
         self._first = self._last = None  # (stamp, frame) of the scans that are used
+        self._unused = ''  # which static transforms, and why
         self._others = 0  # scans that are used, but for the first
         self.refused = Spool()
 
@@ -101,14 +92,30 @@ class Scans:
         Raises:
             PeersMissing: small_gicp is asked for and not installed.
         """
-        return Odometry(settings).refine
+        odometry = Odometry(settings)
+        self._times_said = self._times_said or odometry.times_said
+        return odometry.refine
 
     def leave_out(self, message):
         """Take a scan that is not to be registered; a chain of true poses may lead over it."""
         self._stamps.append(stamp_ns(message))
 
     def completed_by(self, topic, message):
-        """Yield the `Scan` of a message, or refuse it."""
+        """Yield the `Scan` of a message, or refuse it; keep one of the IMU, or of frames."""
+        if topic == self.topics.imu:
+            self._rates.add(message)
+        elif topic in self.topics.tf_static:
+            self._keep_frames(message)
+        else:
+            yield from self._scan_of(message)
+
+    def _keep_frames(self, message):
+        try:
+            self._frames.add_static(message)
+        except IdemError as error:
+            self._unused = f'static transforms were refused and not used: {error}'
+
+    def _scan_of(self, message):
         stamp = stamp_ns(message)
         self._stamps.append(stamp)
         try:
@@ -119,8 +126,8 @@ class Scans:
         except IdemError as error:
             self.refused.append(Refusal(stamp, str(error)))
             return
-        self._times_said.news(source=cloud.read.times)
-        scan = Scan(stamp, message.header.frame_id, cloud, watch.lap())
+        rates = rates_near(message, self._rates, self._frames, self._guess)
+        scan = Scan(stamp, message.header.frame_id, cloud, watch.lap(), rates)
         self._others += self._first is not None
         self._first = self._first or (stamp, scan.frame)
         self._last = stamp
@@ -168,133 +175,7 @@ class Scans:
         """Yield what a reader should know of the scans."""
         if self._first and not self._others:
             yield 'of the scans only one can be used; there is nothing to register it to'
-        yield from self._times_said.notes_for(self._motion)
-
-
-class Odometry:
-    """Registers scans by `Settings`; keeps no more of them than the next one needs.
-
-    The guess is the last motion, continued for the time that has passed. Where a registration
-    finds no answer (no overlap, a degenerate scene, too few points), the guess is the pose.
-    """
-
-    def __init__(self, settings):
-        self.settings = settings
-        self.method = method_of(settings)
-        self._T_odom_last = np.eye(4)
-        self._middles = deque(maxlen=2)  # (instant [ns], pose in odom): of a sweep its middle
-        self._first = None  # the first scan, until the second tells how it moved
-        self._map = deque(maxlen=1 if settings.sequence == SCAN else SCANS_KEPT)
-
-    def refine(self, scan):
-        """Register a `Scan` to those before it.
-
-        Returns:
-            `Refinement` of its pose in `odom`; None of the first.
-        """
-        T_guess = self._guess(scan.stamp)
-        undoing = self._undoing(scan.cloud.cloud, T_guess)
-        if not self._map:
-            self._middles.append((scan.stamp + round(1e9 * undoing.middle), T_guess))
-            self._go_on(T_guess, scan.cloud.cloud)
-            self._first = scan
-            return None
-        refinement = self._registered(scan, undoing)
-        self._middles.append(self._middle(scan, undoing, refinement))
-        is_second = self._first is not None and self.settings.config.motion != 'none'
-        if is_second and refinement.result.is_usable:
-            undoing = self._from_the_begin(scan)
-            refinement = self._registered(scan, undoing)
-            self._middles[-1] = self._middle(scan, undoing, refinement)
-        self._first = None
-        assert refinement.took_part is not None  # as of every one that was just registered
-        self._go_on(refinement.result.T_target_source, refinement.took_part.source)
-        return refinement
-
-    def _from_the_begin(self, scan):
-        """Undo the first scan by the motion to the second; return the `Undoing` of that by it."""
-        step, duration = self._step()
-        track = Track.of_twist(twist_of(step, duration / 1e9))
-        first, config = self._first.cloud.cloud, self.settings.config
-        if first.times is not None:
-            places = config.motion_reference, 'middle'
-            at, middle = (reference_time(first.times, place) for place in places)
-            self._middles[0] = self._middles[0][0], track.step(at, middle)
-            self._map.clear()
-            self._go_on(np.eye(4), undone(first, track, at))
-        last, T_last = self._middles[0]
-        T_guess = T_last @ track.step(0.0, (scan.stamp - last) / 1e9)
-        given = config, lambda *sweep: track, self.method.solves_motion
-        return undoing_of(scan.cloud.cloud, T_guess, *given)
-
-    @staticmethod
-    def _middle(scan, undoing, refinement):
-        middle, T_middle = undoing.to_middle(refinement.result)
-        T = refinement.result.T_target_source
-        return scan.stamp + round(1e9 * middle), T @ T_middle
-
-    def _undoing(self, cloud, T_guess):
-        def find(begin, end):
-            if len(self._middles) < 2:
-                raise UnknownMotion('of two scans that tell the motion one came')
-            step, duration = self._step()
-            return Track.of_twist(twist_of(step, duration / 1e9))
-
-        return undoing_of(cloud, T_guess, self.settings.config, find, self.method.solves_motion)
-
-    def _registered(self, scan, undoing):
-        watch = Stopwatch()
-        target, T_odom_target = self._target()
-        T_guess = undoing.T_guess
-        refinement = registered(
-            self.method,
-            target,
-            replace(undoing, T_guess=inverse(T_odom_target) @ T_guess),
-            stamp=scan.stamp,
-            target_frame=ODOM,
-            source_frame=scan.frame,
-            time_ms=scan.read_ms + watch.lap(),
-            points_target=len(target),
-            points_source=len(scan.cloud.preprocessed.points),
-            **left_out(scan.cloud),
-        )
-        result = refinement.result
-        T = T_odom_target @ result.T_target_source if result.is_usable else T_guess
-        return replace(refinement, T_guess=T_guess, result=replace(result, T_target_source=T))
-
-    def _go_on(self, T_odom_scan, cloud):
-        self._T_odom_last = T_odom_scan
-        self._map.append(self._kept(cloud, T_odom_scan))
-
-    def _kept(self, cloud, T_odom_scan):
-        if self.settings.sequence == SCAN:
-            return cloud
-        size = with_voxel_size(self.settings.config, cloud, cloud).voxel_size
-        cloud = cloud if size is None else cloud.reduced(size)
-        return transform_points(T_odom_scan, cloud.points + cloud.origin)
-
-    def _target(self):
-        """Return what the next scan is registered to, and where that is in odom."""
-        if self.settings.sequence == SCAN:
-            return self._map[0], self._T_odom_last
-        return Cloud(np.concatenate(self._map)), np.eye(4)
-
-    def _guess(self, stamp):
-        """Return where a scan of a stamp [ns] is, if the last motion goes on."""
-        if len(self._middles) < 2:
-            return self._T_odom_last
-        (last, T_last), (step, duration) = self._middles[-1], self._step()
-        return T_last @ continued(step, (stamp - last) / duration)
-
-    def _step(self):
-        (before, T_before), (last, T_last) = self._middles
-        return inverse(T_before) @ T_last, last - before
-
-
-def continued(step, ratio):
-    """Return a (4, 4) motion that lasts `ratio` times as long, at the same speeds."""
-    motion = np.eye(4)
-    rotation = Rotation.from_matrix(step[:3, :3]).as_rotvec()
-    motion[:3, :3] = Rotation.from_rotvec(ratio * rotation).as_matrix()
-    motion[:3, 3] = ratio * step[:3, 3]
-    return motion
+        if self._unused:
+            yield self._unused
+        if self._times_said:
+            yield from self._times_said.notes_for(self._motion)
