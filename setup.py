@@ -17,6 +17,7 @@ TEST = [
     'basedpyright==1.40.2',
     'evo',
     'import-linter',
+    'mcap-ros2-support',
 ]
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']

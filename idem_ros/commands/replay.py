@@ -36,7 +36,7 @@ examples:
   idem replay drive.bag --sequence submap --voxel-size 0.5 --tum drive.tum
   idem replay --again result.mcap
 """
-OF_AGAIN = ('bag', 'again', 'recordings_under', 'json', 'out', 'tum', 'run')
+OF_AGAIN = ('bag', 'again', 'recordings_under', 'json', 'out', 'clouds', 'tum', 'run')
 
 
 class NothingRefined(IdemError):
@@ -76,6 +76,11 @@ def add_parser(subparsers):
         '--out',
         metavar='FILE.mcap',
         help='write transforms and diagnostics into a new recording, with all of --json in it',
+    )
+    parser.add_argument(
+        '--clouds',
+        action='store_true',
+        help='the clouds, too, into --out: it shows in Foxglove by itself',
     )
     parser.add_argument('--tum', metavar='FILE', help='write the transforms as TUM lines')
     add_settings_options(parser)
@@ -123,7 +128,7 @@ def _written(args, bag, settings, topics, notes=()):
         raise NothingRefined(why_nothing(replays[0]))
     replays = [replace(each, notes=(*notes, *each.notes)) for each in replays]
     for each in zip(outputs, replays, settings, strict=True):
-        write_outputs(*each, input_)
+        write_outputs(*each, input_, args.clouds)
     text = '\n\n'.join(map(table, replays, map(_is_audit, settings)))
     print(text, file=sys.stderr if args.json == '-' else sys.stdout)
     return _code(replays), replays

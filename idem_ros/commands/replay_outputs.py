@@ -28,7 +28,7 @@ def outputs_for(args, inputs, methods):
     """Return the `Outputs` of each method, refusing early what could not be written later.
 
     Args:
-        args: with `json`, `out` and `tum`.
+        args: with `json`, `out`, `clouds` and `tum`.
         inputs: files that no output may replace; the first is the recording.
         methods: one, whose files are named as given, or several, each of which has files of its
             own: result.json becomes result.gicp.json.
@@ -39,6 +39,8 @@ def outputs_for(args, inputs, methods):
     """
     if args.out:
         require_ending('--out', args.out, ['.mcap'])
+    if args.clouds and not args.out:
+        raise UsageError('--clouds is for --out; name the recording that they go into')
     given = Outputs(args.json, args.out, args.tum)
     several = len(methods) > 1
     if several and given.json == '-':
@@ -48,7 +50,7 @@ def outputs_for(args, inputs, methods):
     return each
 
 
-def write_outputs(outputs, replayed, settings, input_):
+def write_outputs(outputs, replayed, settings, input_, with_clouds=False):
     """Write what was asked for.
 
     Args:
@@ -56,9 +58,11 @@ def write_outputs(outputs, replayed, settings, input_):
         replayed: `Replay`.
         settings: `Settings` that it was made with.
         input_: the recording's `fingerprint`; None where neither JSON nor MCAP is asked for.
+        with_clouds: whether the MCAP holds the clouds, too.
     """
     from idem_ros.recording.results import write_result
     from idem_ros.replay.provenance import as_metadata, made_by
+    from idem_ros.replay.recorded_clouds import recorded_clouds
     from idem_ros.results.record_text import record_text
     from idem_ros.results.summary import json_record
 
@@ -70,7 +74,8 @@ def write_outputs(outputs, replayed, settings, input_):
     with TemporaryFile() as text:
         text.writelines(map(str.encode, record_text(json_record(replayed, made))))
         if outputs.out:
-            write_result(outputs.out, replayed.frames, as_metadata(made), text)
+            clouds = recorded_clouds(replayed) if with_clouds else ()
+            write_result(outputs.out, replayed.frames, as_metadata(made), text, clouds)
         if outputs.json:
             _copy(text, outputs.json)
 

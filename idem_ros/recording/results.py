@@ -1,5 +1,7 @@
 """What a replay found as a recording: the messages of the live node, and how it was made."""
 
+from heapq import merge
+
 from idem_ros.recording.embedded import METADATA, RECORD
 from idem_ros.recording.messages import diagnostics_message, transform_message
 from idem_ros.recording.writer import write_mcap
@@ -39,7 +41,7 @@ def result_messages(frames):
         )
 
 
-def write_result(path, frames, made_by, record):
+def write_result(path, frames, made_by, record, clouds=()):
     """Write a result: its messages, how it was made as metadata, all numbers as an attachment.
 
     Args:
@@ -47,13 +49,14 @@ def write_result(path, frames, made_by, record):
         frames: see `result_messages`.
         made_by: {key: text}.
         record: the JSON, a binary file.
+        clouds: (topic, log time, message) to stand among them, in the order of their log times.
 
     Raises:
         UnwritableFile: `path` cannot be written.
     """
     write_mcap(
         path,
-        result_messages(frames),
+        merge(clouds, result_messages(frames), key=lambda each: each[1]),
         metadata={METADATA: made_by},
         attachments={RECORD: ('application/json', record)},
     )
