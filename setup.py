@@ -21,6 +21,7 @@ TEST = [
 ]
 SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
+VIEW = ['rerun-sdk']
 SITE = ['mkdocs-material', 'mkdocstrings[python]']
 BENCH = ['small_gicp', 'psutil', 'pillow']
 
@@ -63,6 +64,7 @@ setup(
         'bench': BENCH,
         'site': SITE,
         'cluster': CLUSTER,
+        'view': VIEW,
         'test': TEST,
     },
     data_files=[

@@ -32,7 +32,7 @@ def measure(points=POINTS):
     """
     with TemporaryDirectory() as folder, open_browser(f'{folder}/profile', *SOFTWARE) as browser:
         file = Path(folder) / 'page.html'
-        file.write_text(page(_street(points), 'measured'), encoding='utf-8')
+        file.write_text(page(_street(points)), encoding='utf-8')
         browser.open(file.as_uri(), *WINDOW)
         if browser.evaluate("document.getElementById('viewer').classList.contains('flat')"):
             raise NoWebGL('this browser has no WebGL, not even in software')
@@ -75,4 +75,4 @@ def _street(points):
         points,
         (np.vstack([target, source]), np.zeros(2 * points)),
     )
-    return Scene('measured', view, (), {})
+    return Scene('measured', view, (), {'status': 'measured'})

@@ -1,5 +1,7 @@
 """Outputs that are refused before long work: names that say another kind, and what draws them."""
 
+from importlib import import_module
+
 from idem_ros.commands.exit_codes import UsageError
 
 
@@ -29,7 +31,20 @@ def require_matplotlib(what, extra='plot'):
     Raises:
         UsageError: it says how to install it.
     """
+    _require('matplotlib', 'matplotlib', f'{what} need', extra)
+
+
+def require_rerun():
+    """Refuse to write for rerun where it is not installed.
+
+    Raises:
+        UsageError: it says how to install it.
+    """
+    _require('rerun', 'rerun-sdk', '--rerun needs', 'view')
+
+
+def _require(module, package, needs, extra):
     try:
-        import matplotlib  # noqa: F401
+        import_module(module)
     except ImportError as error:
-        raise UsageError(f'{what} need matplotlib: pip install ".[{extra}]"') from error
+        raise UsageError(f'{needs} {package}: pip install ".[{extra}]"') from error

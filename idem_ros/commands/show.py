@@ -3,14 +3,15 @@
 import argparse
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK
-from idem_ros.commands.output_names import require_ending, require_matplotlib
+from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.output_names import require_ending, require_matplotlib, require_rerun
 
 DESCRIPTION = """\
 Write one HTML page on one frame of RESULT: both clouds in 3D, coloured by cloud or by
 what each point adds to q_tot, at the guess and refined; the motions that nothing
 determines; q_tot along each axis with the guess, the result and the crests around it;
 and the numbers that the verdict stands on. The page opens without a network.
+--rerun writes the clouds, the steps and the verdict for rerun's viewer instead, or too.
 
 The recording that RESULT names is read again, and the frame registered again from its
 guess, with the parameters of then.
@@ -32,7 +33,10 @@ def add_parser(subparsers):
     parser.add_argument(
         '--frame', type=int, metavar='N', help='its number, from 0 (default: the worst)'
     )
-    parser.add_argument('--out', metavar='FILE.html', required=True, help='page to write')
+    parser.add_argument('--out', metavar='FILE.html', help='page to write')
+    parser.add_argument(
+        '--rerun', metavar='FILE.rrd', help='recording of rerun to write (extra "view")'
+    )
     parser.add_argument(
         '--recordings-under',
         metavar='FOLDER',
@@ -42,15 +46,38 @@ def add_parser(subparsers):
 
 
 def run(args):
-    """Check, register again, write, say where the page is."""
-    require_ending('--out', args.out, ['.html', '.htm'])
-    require_matplotlib('the pictures')
+    """Check, register again, write, say where it is."""
+    writers = {}
+    if args.out:
+        require_ending('--out', args.out, ['.html', '.htm'])
+        require_matplotlib('the pictures')
+        writers[args.out] = _write_page
+    if args.rerun:
+        require_ending('--rerun', args.rerun, ['.rrd'])
+        require_rerun()
+        writers[args.rerun] = _write_rerun
+    if not writers:
+        raise UsageError('nothing to write; name a page with --out, or a recording with --rerun')
     from idem_ros.files.atomic_file import replacing, require_writable
-    from idem_ros.report.shown_frame import page_of
+    from idem_ros.report.shown_frame import shown_frame
 
-    require_writable(args.out)
-    text = page_of(args.result, args.frame, args.recordings_under)
-    with replacing(args.out) as temporary:
-        Path(temporary).write_text(text, encoding='utf-8')
-    print(f'{args.out}: {Path(args.out).stat().st_size / 1e6:.1f} MB')
+    for file in writers:
+        require_writable(file)
+    scene = shown_frame(args.result, args.frame, args.recordings_under)
+    for file, write in writers.items():
+        with replacing(file) as temporary:
+            write(temporary, scene)
+        print(f'{file}: {Path(file).stat().st_size / 1e6:.1f} MB')
     return OK
+
+
+def _write_page(path, scene):
+    from idem_ros.viewer.page import page
+
+    path.write_text(page(scene), encoding='utf-8')
+
+
+def _write_rerun(path, scene):
+    from idem_ros.viewer.rerun_file import write_rerun
+
+    write_rerun(path, scene)

@@ -1,4 +1,4 @@
-"""A frame of a result as a page: its clouds found again, registered again as then."""
+"""A frame of a result to look at: its clouds found again, registered again as then."""
 
 from dataclasses import replace
 
@@ -8,7 +8,6 @@ from idem_ros.core import IdemError
 from idem_ros.replay.clouds_again import clouds_of, settings_of
 from idem_ros.report.runs import read_runs
 from idem_ros.report.worst_frames import worst
-from idem_ros.viewer.page import page
 from idem_ros.viewer.scene import scene_of
 
 
@@ -16,8 +15,8 @@ class NothingToShow(IdemError):
     """A frame that a result or its recording does not hold."""
 
 
-def page_of(path, number=None, under=None):
-    """Return the page of one frame of a result.
+def shown_frame(path, number=None, under=None):
+    """Return the `Scene` of one frame of a result.
 
     Args:
         path: what `idem replay` wrote.
@@ -42,7 +41,5 @@ def page_of(path, number=None, under=None):
         if 'voxel_size' in frame:  # what "auto" was
             config = replace(config, voxel_size=frame['voxel_size'])
         title = f'{run.name}, frame {number}'
-        scene = scene_of(title, target, source, np.array(frame['T_guess']), config)
-        reason = scene.values.get('verdict_reason') or scene.values['status']
-        return page(scene, f'{scene.values.get("verdict", "")}: {reason}'.removeprefix(': '))
+        return scene_of(title, target, source, np.array(frame['T_guess']), config)
     raise NothingToShow(f'{run.result.bag} holds no clouds of frame {number}')

@@ -37,17 +37,22 @@ class CloudsView:
         """Return what to call each of the poses."""
         return [GUESS, *(f'step {k}' for k in range(1, len(self.poses) - 1)), REFINED]
 
+    @property
+    def extent(self):
+        """Return how wide the source is, without its farthest points."""
+        spread = np.abs(transform_points(self.poses[-1], self.source))
+        return 2.0 * float(np.percentile(spread, 95)) or 1.0
+
     def as_json(self):
         """Return what the script draws: points in base64, poses by columns."""
         arrays = {name: getattr(self, name) for name in ('target', 'source', 'means', 'q')}
-        spread = np.abs(transform_points(self.poses[-1], self.source))
         record = {
             **{name: _encoded(values) for name, values in arrays.items()},
             'of': self.of,
             'poses': [pose.T.ravel().tolist() for pose in self.poses],
             'names': self.names,
             'free': self.free.tolist(),
-            'extent': 2.0 * float(np.percentile(spread, 95)) or 1.0,
+            'extent': self.extent,
         }
         return json.dumps(record).replace('<', '\\u003c')
 

@@ -10,8 +10,8 @@ from idem_ros.viewer.one_file import environment, policy, text_of
 SCRIPTS = 'viewer/three.min.js', 'viewer/viewer.js'
 
 
-def page(scene, headline):
-    """Return the page of a `Scene`, its verdict said in the headline."""
+def page(scene):
+    """Return the page of a `Scene`."""
     scripts = [text_of(name) for name in (*SCRIPTS, 'viewer/page.js')]
     with rc_context(STYLE):
         curves = saved_as('svg', _drawn(scene.curves), 140)
@@ -21,7 +21,6 @@ def page(scene, headline):
         .render(
             policy=policy(scripts),
             scene=scene,
-            headline=headline,
             style=text_of('viewer/page.css') + text_of('viewer/viewer.css'),
             curves=curves,
             scripts=scripts,

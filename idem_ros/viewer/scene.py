@@ -44,6 +44,12 @@ class Scene:
     values: dict[str, str]
     """What the verdict stands on, by name."""
 
+    @property
+    def headline(self):
+        """The verdict with its reason, or the status."""
+        reason = self.values.get('verdict_reason') or self.values['status']
+        return f'{self.values.get("verdict", "")}: {reason}'.removeprefix(': ')
+
 
 def scene_of(title, target, source, T_guess, config):
     """Register two clouds again, and return the `Scene` of it.

@@ -1,3 +1,5 @@
+import sys
+
 import pytest
 from replayed import changed, write_replayed
 
@@ -47,3 +49,26 @@ def test_what_a_recording_says_of_itself_reaches_the_page_without_markup(result,
     page = tmp_path / 'page.html'
     assert main(['show', str(other), '--frame', '0', '--out', str(page)]) == 0
     assert '<img src=x' not in page.read_text(encoding='utf-8')
+
+
+def test_nothing_to_write_is_told_in_one_line(result, capsys):
+    assert main(['show', str(result)]) == 2
+    assert 'nothing to write' in capsys.readouterr().err
+
+
+def test_without_rerun_its_option_says_what_to_install(result, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'rerun', None)  # as if it were not installed
+    assert main(['show', str(result), '--rerun', str(tmp_path / 'frame.rrd')]) == 2
+    told = capsys.readouterr().err.strip()
+    assert told.endswith('--rerun needs rerun-sdk: pip install ".[view]"')
+    assert '\n' not in told
+    assert not list(tmp_path.iterdir())
+
+
+def test_rerun_gets_the_clouds_the_steps_and_the_verdict(result, tmp_path):
+    rerun = pytest.importorskip('rerun', reason='rerun-sdk is not installed')
+    file = tmp_path / 'frame.rrd'
+    assert main(['show', str(result), '--frame', '0', '--rerun', str(file)]) == 0
+    assert file.read_bytes()[:3] == b'RRF'
+    assert file.stat().st_size > 10_000
+    assert rerun is not None

@@ -4,7 +4,8 @@ import pytest
 from browser import COLOURS, SOFTWARE, open_browser
 from replayed import write_replayed
 
-from idem_ros.report.shown_frame import page_of
+from idem_ros.report.shown_frame import shown_frame
+from idem_ros.viewer.page import page as page_of
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
 FLAT = "document.getElementById('viewer').classList.contains('flat')"
@@ -14,7 +15,7 @@ FLAT = "document.getElementById('viewer').classList.contains('flat')"
 def address(tmp_path_factory):
     folder = tmp_path_factory.mktemp('show')
     page = folder / 'page.html'
-    page.write_text(page_of(write_replayed(folder), 0), encoding='utf-8')
+    page.write_text(page_of(shown_frame(write_replayed(folder), 0)), encoding='utf-8')
     return page.as_uri()
 
 
@@ -68,7 +69,7 @@ def test_a_browser_without_webgl_shows_pictures(address, tmp_path):
 
 
 def test_only_scripts_of_the_page_itself_may_run(tmp_path):
-    page = page_of(write_replayed(tmp_path), 0)
+    page = page_of(shown_frame(write_replayed(tmp_path), 0))
     (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', page)
     assert policy.count('sha256-') == page.count('<script>') == 3
     assert 'default-src &#39;none&#39;' in policy
