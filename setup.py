@@ -23,7 +23,7 @@ SURVEY = ['laspy[lazrs]>=2.5', 'pye57']
 CLUSTER = ['distributed']
 VIEW = ['rerun-sdk']
 SITE = ['mkdocs-material', 'mkdocstrings[python]']
-BENCH = ['small_gicp', 'psutil', 'pillow']
+BENCH = ['small_gicp', 'kiss-icp', 'psutil', 'pillow']
 
 setup(
     name=PACKAGE,

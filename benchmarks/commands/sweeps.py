@@ -17,7 +17,7 @@ def add_parser(kinds):
         help='sensors that move while they scan; exit code 1 if a figure is missed',
         description='Register simulated sweeps of sensors in motion beside scans of sensors that '
         'stand still, three real sweeps beside their truth, and fast drives beside KISS-ICP '
-        '(pip install kiss-icp; left out where it is not installed). Ten minutes on a core.',
+        '(extra bench; left out where it is not installed). Ten minutes on a core.',
     )
     parser.add_argument(
         '--trials', type=int, metavar='N', help=f'simulated sweeps (default: {TRIALS})'

@@ -18,7 +18,8 @@ def main(argv: list[str] | None = None) -> int:
         'python -m benchmarks.soak',
         description='Start the node and a player as processes of their own on this machine only, '
         'stream large clouds at the pace of a robot for ten minutes, larger ones at twice that '
-        'pace and at five times, kill the node and start it again; some 13 minutes. Prints each '
+        'pace, sweeps of a fast drive, clouds at five times the pace, kill the node and start it '
+        'again; some 14 minutes. Prints each '
         'figure as reached or MISSED; exit code 1 where one is missed.',
     )
     parser.add_argument(
@@ -27,7 +28,9 @@ def main(argv: list[str] | None = None) -> int:
         help='small clouds for seconds; times are printed, not judged',
     )
     parser.add_argument(
-        '--only', metavar='PART', help='long_run, fast_run, overload or killed; default: all'
+        '--only',
+        metavar='PART',
+        help='long_run, fast_run, moving_run, overload or killed; default: all',
     )
     parser.add_argument(
         '--kills', type=int, help='how often the node is killed (default: 10); 200 take 15 minutes'

@@ -34,10 +34,13 @@ def started(command: list[str], **options) -> Iterator[subprocess.Popen]:
 
 
 @contextmanager
-def started_player(rate: float, seconds: float, points: int) -> Iterator[subprocess.Popen]:
-    """Yield a player of clouds; see `SoakPlayer`."""
+def started_player(
+    rate: float, seconds: float, points: int, is_moving: bool = False
+) -> Iterator[subprocess.Popen]:
+    """Yield a player of clouds, of sweeps in motion if that is asked for; see `SoakPlayer`."""
     values = {'--rate': rate, '--seconds': seconds, '--points': points}
     arguments = [word for name, value in values.items() for word in (name, str(value))]
+    arguments += ['--moving'] * is_moving
     with started([*PLAYER, *arguments], cwd=CHECKOUT, stdout=subprocess.PIPE, text=True) as child:
         yield child
 

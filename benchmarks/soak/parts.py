@@ -41,13 +41,14 @@ class Size:
     fast_points: int = 250_000
     fast_s: float = 60.0
     long_s: float = 600.0
+    moving_s: float = 60.0
     overload_s: float = 30.0
     before_kill_s: float = 3.0
     kills: int = 10
     is_judged_by_the_clock: bool = True
 
 
-QUICK = Size(6_000, 12_000, 3.0, 3.0, 3.0, 1.0, 2, is_judged_by_the_clock=False)
+QUICK = Size(6_000, 12_000, 3.0, 3.0, 3.0, 3.0, 1.0, 2, is_judged_by_the_clock=False)
 
 
 @dataclass
@@ -87,6 +88,17 @@ def fast_run(size: Size) -> Part:
     played, _ = _run(part, points, rate, size.fast_s)
     part.goals += _counted(played)
     _hold_latency(part, size, played, FAST_LATENCY_MS)
+    return part
+
+
+def moving_run(size: Size) -> Part:
+    """Sweeps of a fast drive at 10 Hz, their motion solved for: latency and completeness."""
+    part = Part(f'{size.points} points on both topics at {RATE:g} Hz, motion: solve')
+    played, _ = _run(part, size.points, RATE, size.moving_s, {'motion': 'solve'})
+    part.goals += _counted(played)
+    left = len(played.answered) - played.undone
+    part.goals.append(Goal('answers whose motion is not told', left, 0))
+    _hold_latency(part, size, played, LATENCY_MS)
     return part
 
 
@@ -151,11 +163,16 @@ def _hold_restarts(
     part.hold_by_the_clock(size, goal)
 
 
-def _run(part: Part, points: int, rate: float, seconds: float) -> tuple[Played, list[Sample]]:
-    """Play to a node of its own; return what was played and samples of the node."""
+def _run(
+    part: Part, points: int, rate: float, seconds: float, motion: dict[str, str] | None = None
+) -> tuple[Played, list[Sample]]:
+    """Play to a node of its own; return what was played and samples of the node.
+
+    motion: parameters of a node that undoes it; None: clouds of a sensor that stood still.
+    """
     with (
-        started(node_command(PARAMETERS)) as node,
-        started_player(rate, seconds, points) as player,
+        started(node_command({**PARAMETERS, **(motion or {})})) as node,
+        started_player(rate, seconds, points, motion is not None) as player,
     ):
         footprints = {'node': Footprint(node.pid), 'player': Footprint(player.pid)}
 
@@ -205,7 +222,7 @@ def _hold_footprint(part: Part, after: list[Sample]) -> None:
         part.goals.append(Goal(f'{name.replace("_", " ")} that came or went', spread, 0))
 
 
-PARTS = {each.__name__: each for each in (long_run, fast_run, overload, killed)}
+PARTS = {each.__name__: each for each in (long_run, fast_run, moving_run, overload, killed)}
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2
 
-from benchmarks.soak.stream import Tick, street_stream
+from benchmarks.soak.stream import Tick, moving_stream, street_stream
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.node.player import playing_node
 
@@ -45,6 +45,8 @@ class Played:
     """{stamp: when its transform came}, in the order they came"""
     load: dict[str, str] = field(default_factory=dict)
     """What the node said last of its traffic."""
+    undone: int = 0
+    """Answers that tell the motion of their sweep."""
     late_ms: float = 0.0
     """How far the player itself fell behind its rate, at most."""
 
@@ -118,8 +120,10 @@ class SoakPlayer:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
+            values = {each.key: each.value for each in status.values}
             if status.name.endswith(LOAD):
-                self.played.load = {each.key: each.value for each in status.values}
+                self.played.load = values
+            self.played.undone += 'twist' in values
 
 
 def main() -> int:
@@ -128,8 +132,9 @@ def main() -> int:
     parser.add_argument('--rate', type=float, required=True, help='[1/s]')
     parser.add_argument('--seconds', type=float, required=True)
     parser.add_argument('--points', type=int, required=True, help='of each cloud')
+    parser.add_argument('--moving', action='store_true', help='sweeps, their points with times')
     args = parser.parse_args()
-    ticks = street_stream(args.points, TICKS)
+    ticks = (moving_stream if args.moving else street_stream)(args.points, TICKS)
     with playing_node('idem_soak') as node:
         player = SoakPlayer(node)
         signal.signal(END, lambda signum, frame: setattr(player, 'is_told_to_end', True))

@@ -18,12 +18,13 @@ from benchmarks.soak import parts
 from benchmarks.soak.children import PLAYER, SoakFailed, played_by, started
 from benchmarks.soak.footprint import Footprint, Sample
 from benchmarks.soak.player import Played
-from benchmarks.soak.stream import street_stream
+from benchmarks.soak.stream import moving_stream, street_stream
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.node.loopback import loopback_environment
 from idem_ros.recording.messages import typestore
+from idem_ros.refinement.point_time_config import PointTimeConfig
 
 
 def test_quick_soak_reaches_its_figures_and_leaves_no_process():
@@ -34,7 +35,7 @@ def test_quick_soak_reaches_its_figures_and_leaves_no_process():
     )
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'MISSED' not in run.stdout
-    assert '13 of 13 figures reached' in run.stdout
+    assert '17 of 17 figures reached' in run.stdout
     assert not list(marked_processes(str(os.getpid())))
 
 
@@ -56,7 +57,7 @@ def test_missed_figure_ends_with_exit_code_1(monkeypatch, capsys):
 
 def test_part_that_there_is_not_is_refused_with_the_names_of_those_that_there_are(capsys):
     assert soak.main(['--quick', '--only', 'restarts']) == 1
-    assert 'long_run, fast_run, overload, killed' in capsys.readouterr().err
+    assert 'long_run, fast_run, moving_run, overload, killed' in capsys.readouterr().err
 
 
 def test_processes_announce_themselves_faster_than_a_restart_may_take():
@@ -74,6 +75,17 @@ def test_every_cloud_of_the_stream_has_as_many_points_as_asked_for_and_the_stamp
         assert stamp_ns(message) == 1_700_000_000_123_456_789
         assert len(read_points(message).points) == 500
     assert message.header.frame_id == 'lidar'
+
+
+def test_a_sweep_of_the_stream_has_times_before_its_stamp_and_is_newer_than_its_target():
+    (tick,) = moving_stream(500, 1)
+    sent, stamp = tick.stamped(1_700_000_000_123_456_789), 1_700_000_000_123_456_789
+    messages = [typestore().deserialize_cdr(sent[name], CLOUD) for name in ('target', 'source')]
+    assert [stamp_ns(each) - stamp for each in messages] == [-(10**8), 0]
+    for each in messages:
+        times = read_points(each, PointTimeConfig()).times.times
+        assert len(times) == 500
+        assert -0.1 - 1e-6 <= times.min() < times.max() <= 0.0
 
 
 def test_growth_threads_and_open_files_are_held_after_the_first_minute():
