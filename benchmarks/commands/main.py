@@ -3,7 +3,7 @@
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, docs, maps, several, sweeps, tunnels, unseen, voxels
+from benchmarks.commands import beyond, docs, maps, rigs, several, sweeps, tunnels, unseen, voxels
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -48,6 +48,7 @@ def _parser():
     voxels.add_parser(kinds, OWN)
     maps.add_parser(kinds, OWN)
     several.add_parser(kinds, OWN)
+    rigs.add_parser(kinds, ('mode', 'assessment'))
     for name, measured, what in (
         ('main', _main, "the main job's figures"),
         ('evaluation', _evaluation, 'what evaluating costs beside the refinements'),

@@ -10,6 +10,7 @@ from difflib import get_close_matches
 from idem_ros.commands import (
     align,
     bag,
+    calibrate,
     compare,
     demo,
     evaluate,
@@ -34,6 +35,7 @@ COMMANDS = (
     register,
     align,
     bag,
+    calibrate,
     replay,
     evaluate,
     report,

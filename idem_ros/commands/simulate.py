@@ -9,6 +9,7 @@ SCANS, MAP_POINTS, SEED = 21, 80_000, 0
 EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town
 SCENES = ('street', 'room', 'forest', 'tunnel')
 TURN_RATE_DEG, SWEEP_S = 0.0, 0.1
+MOST_LIDARS = 8
 FASTEST, FASTEST_TURN_DEG, LONGEST_SWEEP = 100.0, 720.0, 1.0
 
 
@@ -23,7 +24,9 @@ def add_parser(subparsers):
         'each taken from one pose. With --speed the sensor drives while it scans: each point has '
         'its time, in the field "time", and the guesses are an odometry of 5 % error. With '
         '--map city it is a town of kilometres, and --out a new folder: the map in tiles as map/, '
-        'a drive at 15 m/s and 10 Hz as drive.mcap.',
+        'a drive at 15 m/s and 10 Hz as drive.mcap. With --lidars a rig of several is driven: '
+        'clouds on /lidar_0/points and so on, where they are mounted on /tf_static, 5 deg and '
+        '0.1 m off, and where they truly are on /ground_truth.',
     )
     parser.add_argument(
         '--out', metavar='FILE.mcap', required=True, help='recording, or folder, to write'
@@ -49,6 +52,9 @@ def add_parser(subparsers):
     )
     parser.add_argument(
         '--sweep', type=float, metavar='S', help=f'what a scan takes (default: {SWEEP_S:g})'
+    )
+    parser.add_argument(
+        '--lidars', type=int, metavar='N', help=f'a rig of so many, 2 to {MOST_LIDARS}'
     )
     parser.set_defaults(run=run)
 
@@ -76,12 +82,26 @@ def run(args):
     require_writable(args.out)
     rng = np.random.default_rng(args.seed)
     scene = getattr(import_module(f'idem_ros.simulation.{args.scene}'), args.scene)(rng)
+    if args.lidars is not None:
+        return _rig(args, scene, motion, rng)
     if motion is None:
         messages = drive_messages(scene, args.scans, MAP_POINTS, rng)
     else:
         messages = moving_messages(scene, motion, args.scans, MAP_POINTS, rng)
     write_mcap(args.out, messages)
     print(f'{args.out}: {args.scans} scans against a map of {MAP_POINTS} points')
+    return OK
+
+
+def _rig(args, scene, motion, rng):
+    """Write a rig of several LiDARs."""
+    from idem_ros.recording.writer import write_mcap
+    from idem_ros.simulation.rig import rig_messages
+
+    if not 2 <= args.lidars <= MOST_LIDARS:
+        raise UsageError(f'--lidars is {args.lidars}; it must be from 2 to {MOST_LIDARS}')
+    write_mcap(args.out, rig_messages(scene, args.lidars, motion, args.scans, rng))
+    print(f'{args.out}: {args.scans} scans of each of {args.lidars} LiDARs')
     return OK
 
 
@@ -92,7 +112,7 @@ def _city(args):
     from idem_ros.files.atomic_folder import filling
     from idem_ros.simulation.city import write_city
 
-    if args.scene != SCENES[0] or args.speed is not None:
+    if args.scene != SCENES[0] or args.speed is not None or args.lidars is not None:
         raise UsageError('--map city is a town of its own, driven at 15 m/s: leave out the rest')
     extent = EXTENT if args.extent is None else args.extent
     if not 0.0 < extent <= LARGEST_EXTENT:

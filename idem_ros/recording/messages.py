@@ -20,6 +20,11 @@ cloud_message, transform_message = _RECORDED.cloud, _RECORDED.transform
 diagnostics_message, header = _RECORDED.diagnostics, _RECORDED.header
 
 
+def tf_message(transforms):
+    """Return a tf2_msgs/TFMessage of TransformStamped messages."""
+    return typestore().types['tf2_msgs/msg/TFMessage'](transforms=list(transforms))
+
+
 def recorded_cloud(message):
     """Return a PointCloud2 of rclpy or of rosbags as one that can be recorded, whole."""
     types, names = typestore().types, ('name', 'offset', 'datatype', 'count')

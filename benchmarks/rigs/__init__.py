@@ -1,0 +1,1 @@
+"""Rigs of several LiDARs: calibrated from far starts, simulated and real."""

@@ -1,0 +1,114 @@
+"""Calibrate a rig: each instant solved at once, from starts that are far off, all made one."""
+
+from dataclasses import dataclass, replace
+
+from numpy.typing import NDArray
+
+from idem_ros.calibration.fusion import Fused, fused
+from idem_ros.calibration.instant import Solved, solved
+from idem_ros.calibration.placing import placed
+from idem_ros.calibration.rig_motion import places, step_between
+from idem_ros.core import IdemError
+from idem_ros.core.metric.voxel_size import with_voxel_size
+from idem_ros.core.several.joint_result import USABLE
+
+NEAR = 2  # stages
+TRIED = 3  # instants that are looked at for where the sensors are, about
+
+
+class Uncalibrated(IdemError):
+    """Instants of which nothing can be calibrated; it says what they lack."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The sensors of a rig in the frame of its reference, the first of them."""
+
+    sensors: tuple[Fused, ...]
+    instants: tuple[Solved, ...]
+    starts: NDArray
+    """(S, 4, 4) that they were looked for from."""
+    steps: tuple
+    """How the reference moved from each instant to the next, (4, 4); None: unknown."""
+    voxel_size: float | None
+
+    @property
+    def usable(self):
+        """Whether the pose of each sensor can be built upon, (S,)."""
+        return [each.verdict.verdict in USABLE for each in self.sensors]
+
+    @property
+    def is_usable(self):
+        """Whether all can be built upon."""
+        return all(self.usable)
+
+    @property
+    def poses(self):
+        """The (4, 4) poses of the sensors in the frame of the reference."""
+        return [each.pose for each in self.sensors]
+
+
+def calibrate(instants, starts, config):
+    """Return the `Calibration` of a rig.
+
+    Args:
+        instants: `Instant`s, the reference's cloud the first of each; one at least in which it
+            and another sensor have a cloud.
+        starts: (S, 4, 4) sensors in the frame of the reference, up to 45 deg and 0.5 m off.
+        config: `RegistrationConfig`.
+
+    Raises:
+        Uncalibrated: no instant has a cloud of the reference and of another sensor.
+    """
+    used = [each for each in instants if 0 in each.heard and len(each.heard) > 1]
+    if not used:
+        raise Uncalibrated(
+            'no instant has a cloud of the reference and of another sensor at once: name another '
+            'reference'
+        )
+    config = with_voxel_size(config, *(c for each in used for c in each.clouds if c is not None))
+    leader, near = _leader(used, starts, config), _near(config)
+    found = [
+        leader if each is leader.instant else solved(each, leader.poses, near) for each in used
+    ]
+    steps = _steps(used, config)
+    nearby = config.voxel_size or 0.0
+    independent = places(steps, nearby)
+    tolerance = config.audit_tolerance
+    sensors = [fused(found, s, tolerance, independent) for s in range(len(starts))]
+    return Calibration(tuple(sensors), tuple(found), starts, tuple(steps), config.voxel_size)
+
+
+def _leader(instants, starts, config):
+    """Return the `Solved` that is believed most: at once where one is, else after more tries."""
+    tried = []
+    for each in _spread_out(instants):
+        tried.append(solved(each, starts, config))
+        if tried[-1].is_usable:
+            return tried[-1]
+    for each in list(tried):
+        poses = placed(each.instant, starts, config)
+        tried.append(solved(each.instant, poses, _near(config)))
+        if tried[-1].is_usable:
+            return tried[-1]
+    return max(tried, key=lambda each: each.score)
+
+
+def _spread_out(instants):
+    """Return `TRIED` of the instants that most sensors have a cloud in."""
+    most = max(len(each.heard) for each in instants)
+    full = [each for each in instants if len(each.heard) == most]
+    return full[:: max(len(full) // TRIED, 1)][:TRIED]
+
+
+def _near(config):
+    """Return the `RegistrationConfig` from poses that are nearly right: no wide stages."""
+    return replace(config, radius_schedule=config.radius_schedule[-NEAR:])
+
+
+def _steps(instants, config):
+    references = [each.clouds[0] for each in instants]
+    return [
+        step_between(first, second, config)
+        for first, second in zip(references, references[1:], strict=False)
+    ]

@@ -1,0 +1,126 @@
+"""What several instants say of one sensor, as one: those that agree, weighed by what they promise.
+
+The covariance is that of the weighed mean, made larger where the instants scatter more than
+they promise, and not smaller than one instant's where they are all of one place.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from idem_ros.core import Verdict
+from idem_ros.core.geometry import se3
+from idem_ros.core.several.joint_result import USABLE, CloudVerdict
+
+MEETS_LITTLE = Verdict.SEPARATED, Verdict.NOT_CONVERGED
+SIGMAS = 3.0
+
+
+class Fused(NamedTuple):
+    """One sensor, by all instants."""
+
+    pose: NDArray[np.float64]
+    """(4, 4), in the frame of the reference."""
+    covariance: NDArray[np.float64]
+    """(6, 6) x y z rx ry rz, in the axes of the reference."""
+    verdict: CloudVerdict
+    agreeing: tuple[int, ...]
+    """Instants that it is made of."""
+    spread: tuple[float, float] | None
+    """Root mean square of what these are off it, [m] and [deg]; None: there are not two."""
+
+
+def fused(solved, s, tolerance, independent):
+    """Return the `Fused` of sensor `s`.
+
+    Args:
+        solved: `Solved` of every instant.
+        s: number of the sensor; 0 is the reference, which stays.
+        tolerance: [m], [deg]: what is nearer agrees, whatever is promised.
+        independent: how many of the instants are at places of their own.
+    """
+    told = [k for k, each in enumerate(solved) if _tells(each, s)]
+    if not told:
+        return _unknown(solved, s)
+    if s == 0:
+        said = _verdict([solved[k].verdicts[0] for k in told], len(told))
+        return Fused(np.eye(4), np.zeros((6, 6)), said, tuple(told), None)
+    poses = np.array([solved[k].poses[s] for k in told])
+    covariances = np.array([solved[k].covariances[s] for k in told])
+    chosen = _agreeing(poses, covariances, tolerance)
+    agreeing = tuple(told[n] for n in chosen)
+    share = min(independent, len(solved)) / len(solved)
+    pose, covariance = _mean(poses[chosen], covariances[chosen], share)
+    verdict = _verdict([solved[k].verdicts[s] for k in agreeing], len(told))
+    off = np.array([difference(each, pose) for each in poses[chosen]])
+    return Fused(pose, covariance, verdict, agreeing, _spread(off))
+
+
+def difference(pose, other):
+    """Return (6,) x y z rx ry rz of a pose from another, in the axes of their common frame."""
+    turn = se3.log(pose @ se3.inverse(other))[:3]
+    return np.r_[pose[:3, 3] - other[:3, 3], turn]
+
+
+def _tells(each, s):
+    return each.meets[s] and each.verdicts[s].verdict not in MEETS_LITTLE
+
+
+def _unknown(solved, s):
+    each = next((each for each in solved if each.instant.clouds[s] is not None), solved[0])
+    said = each.verdicts[s]
+    return Fused(each.poses[s], each.covariances[s], said, (), None)
+
+
+def _agreeing(poses, covariances, tolerance):
+    """Return the instants that agree with the one that most agree with."""
+    count = len(poses)
+    agree = np.ones((count, count), bool)
+    off = np.zeros((count, count))
+    for i in range(count):
+        for j in range(i):
+            step = difference(poses[i], poses[j])
+            sigma = np.sqrt(step @ np.linalg.solve(covariances[i] + covariances[j], step) / 6)
+            distance, degrees = np.linalg.norm(step[:3]), np.degrees(np.linalg.norm(step[3:]))
+            near = max(distance / tolerance[0], degrees / tolerance[1])
+            off[i, j] = off[j, i] = near
+            agree[i, j] = agree[j, i] = near <= 1.0 or sigma <= SIGMAS
+    middle = min(range(count), key=lambda i: (-agree[i].sum(), np.median(off[i])))
+    return np.flatnonzero(agree[middle])
+
+
+def _mean(poses, covariances, share):
+    """Return the weighed mean of poses (K, 4, 4), and its covariance; see `fused`."""
+    information = np.linalg.inv(covariances)
+    total, mean = information.sum(axis=0), poses[0]
+    for _ in range(3):
+        off = np.array([difference(each, mean) for each in poses])
+        moved = np.linalg.solve(total, np.einsum('kij,kj->i', information, off))
+        mean = mean.copy()
+        mean[:3, :3] = se3.exp(np.r_[moved[3:], np.zeros(3)])[:3, :3] @ mean[:3, :3]
+        mean[:3, 3] += moved[:3]
+    off = np.array([difference(each, mean) for each in poses])
+    squares = np.einsum('ki,kij,kj->', off, information, off)
+    freedom = 6 * (len(poses) - 1)
+    more = max(squares / freedom, 1.0) if freedom else 1.0
+    return mean, more / max(share, 1.0 / len(poses)) * np.linalg.inv(total)
+
+
+def _verdict(said, told):
+    """Return the `CloudVerdict` of instants that agree; told: how many there are to agree."""
+    best = max(said, key=lambda each: (each.verdict in USABLE, np.nan_to_num(each.p_aligned)))
+    if told == 1 or best.verdict not in USABLE:
+        return best
+    if 2 * len(said) <= told:
+        reason = f'only {len(said)} of {told} instants agree'
+        return CloudVerdict(Verdict.MISALIGNED, best.p_aligned, reason)
+    reason = f'{len(said)} of {told} instants agree; {best.reason}'
+    return CloudVerdict(best.verdict, best.p_aligned, reason)
+
+
+def _spread(off):
+    if len(off) < 2:
+        return None
+    squares = (off**2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (len(off) - 1)
+    return float(np.sqrt(squares[0])), float(np.degrees(np.sqrt(squares[1])))

@@ -1,0 +1,196 @@
+"""Sightings of a rig in a recording: some clouds of the reference, and the nearest of others."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from idem_ros.calibration.frame_tree import FrameTree, bare
+from idem_ros.calibration.sighting import Measured, Sighting
+from idem_ros.calibration.starts import tree_of_messages
+from idem_ros.core.exceptions import IdemError
+from idem_ros.messages.building import CLOUD
+from idem_ros.messages.pointcloud2 import read_points
+from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.pairing.guesses import TF
+from idem_ros.recording.topics import STATIC, TopicNotFound
+
+ALONE_NS = 500_000_000  # how far apart clouds may be of a reference that has but one
+SECOND = 1e9  # [ns]
+
+
+class UnusableRig(IdemError):
+    """A recording of which no rig can be calibrated; it says what it lacks."""
+
+
+@dataclass
+class RecordedRig:
+    """What a recording holds of a rig."""
+
+    topics: list
+    """Of the clouds, the reference's first."""
+    names: list
+    """The frames of the sensors."""
+    stamps: dict
+    """{topic: [ns], increasing}."""
+    tree: FrameTree | None
+    """Of tf_static; None: there is none."""
+    flaws: list = field(default_factory=list)
+    """What is left out, a line each."""
+
+
+def cloud_topics(recording, given, reference=None):
+    """Return the topics of clouds, the reference's first.
+
+    Args:
+        recording: open `Recording`.
+        given: names; None: all of PointCloud2.
+        reference: one of them; None: the first.
+
+    Raises:
+        TopicNotFound: one is not there, is of another type, or is given twice; or there is one.
+    """
+    every = [name for name, topic in recording.topics.items() if topic.msgtype == CLOUD]
+    topics = [_named(recording, every, each) for each in given] if given else every
+    twice = [name for name, count in Counter(topics).items() if count > 1]
+    if twice:
+        raise TopicNotFound(f'{twice[0]} is given for two sensors; each has a topic of its own')
+    if len(topics) < 2:
+        raise TopicNotFound(
+            f'{recording.path} has {len(topics)} topics of PointCloud2 to calibrate '
+            f'({", ".join(topics) or "none"}); two at least are needed'
+        )
+    if reference is None:
+        return topics
+    first = _named(recording, topics, reference)
+    return [first, *(each for each in topics if each != first)]
+
+
+def recorded_rig(recording, topics):
+    """Return the `RecordedRig`: one pass over the messages, of which none is kept.
+
+    Raises:
+        UnusableRig: two sensors have one frame, or the reference is silent.
+    """
+    static = [n for n, t in recording.topics.items() if t.msgtype == TF and n.endswith(STATIC)]
+    stamps, frames, transforms = {topic: [] for topic in topics}, {}, []
+    for topic, _, message in recording.messages([*topics, *static]):
+        if topic in stamps:
+            stamps[topic].append(stamp_ns(message))
+            frames.setdefault(topic, bare(message.header.frame_id))
+        else:
+            transforms.append(message)
+    if not stamps[topics[0]]:
+        raise UnusableRig(f'{topics[0]}, the reference, is silent: name another by --reference')
+    flaws = [f'{topic} is silent: it has no message' for topic in topics if not stamps[topic]]
+    names = [frames.get(topic) or bare(topic).replace('/', '_') for topic in topics]
+    for name, count in Counter(names).items():
+        if count > 1:
+            same = ' and '.join(t for t, n in zip(topics, names, strict=True) if n == name)
+            raise UnusableRig(f'{same} are both of the frame {name!r}: tell them apart by --names')
+    tree, unread = tree_of_messages(' and '.join(static), transforms) if transforms else (None, [])
+    stamps = {topic: sorted(set(each)) for topic, each in stamps.items()}
+    return RecordedRig(topics, names, stamps, tree, flaws + unread)
+
+
+def sightings_in(recording, rig, count, point_times, prepare):
+    """Return `Sighting`s at instants spread evenly over a recording; `rig.flaws` grows.
+
+    Args:
+        recording: open `Recording`.
+        rig: its `RecordedRig`.
+        count: how many instants, at most.
+        point_times: `PointTimeConfig`.
+        prepare: prepare(points, times) returns those that take part.
+
+    Raises:
+        UnusableRig: no other sensor has a cloud at an instant of the reference.
+    """
+    chosen = _chosen(rig, count)
+    wanted = {each for row, near in chosen for each in (*row, near) if each is not None}
+    measured = _measured(recording, rig, wanted, point_times, prepare)
+    sightings = []
+    for row, near in chosen:
+        at = row[0][1]
+        each = tuple(_at(measured.get(key), key, at) for key in row)
+        neighbour = None
+        if near is not None and near in measured:
+            neighbour = _at(measured[near], near, near[1]), (near[1] - at) / SECOND
+        sightings.append(Sighting(f'{at / SECOND:.3f} s', each, neighbour))
+    return sightings
+
+
+def offsets(rig, sightings):
+    """Return how much later than the reference each sensor's clouds are, in the median [s]."""
+    found = []
+    for s in range(len(rig.names)):
+        times = [each.measured[s].times for each in sightings if each.measured[s] is not None]
+        found.append(float(np.median([t.min() for t in times])) if times else np.nan)
+    return found
+
+
+def _chosen(rig, count):
+    """Return [([(topic, stamp) or None of each sensor], neighbour of the reference or None)]."""
+    reference, *others = (rig.stamps[topic] for topic in rig.topics)
+    period = float(np.median(np.diff(reference))) if len(reference) > 1 else ALONE_NS
+    last = len(reference) - 1
+    # all but the last are followed by a cloud that tells how the rig moved meanwhile
+    places = np.linspace(0, max(last - 1, 0), min(count, max(last, 1))).round().astype(int)
+    chosen, far = [], Counter()
+    for place in np.unique(places):
+        at = reference[place]
+        row = [(rig.topics[0], at)]
+        for topic, stamps in zip(rig.topics[1:], others, strict=True):
+            near = min(stamps, key=lambda stamp: abs(stamp - at), default=None)
+            is_far = near is not None and abs(near - at) > period
+            far[topic] += is_far
+            row.append(None if near is None or is_far else (topic, near))
+        near = None if last == 0 else reference[place + 1]
+        chosen.append((row, None if near is None else (rig.topics[0], near)))
+    rig.flaws += [
+        f'{topic} has no cloud within a period, {period / SECOND:.3g} s, of the reference at '
+        f'{n} of {len(chosen)} instants'
+        for topic, n in far.items()
+        if n
+    ]
+    if all(each is None for row, _ in chosen for each in row[1:]):
+        raise UnusableRig(
+            f'no cloud of another sensor is within a period, {period / SECOND:.3g} s, of one of '
+            f'{rig.topics[0]}: {"; ".join(rig.flaws)}'
+        )
+    return chosen
+
+
+def _measured(recording, rig, wanted, point_times, prepare):
+    """Return {(topic, stamp): `Measured`} of the clouds that are wanted, times after the stamp."""
+    found = {}
+    for topic, _, message in recording.messages(rig.topics):
+        key = topic, stamp_ns(message)
+        if key not in wanted or key in found:
+            continue
+        try:
+            read = read_points(message, point_times)
+            times = read.times.times
+            if times is None:
+                times = np.zeros(len(read.points))
+            found[key] = Measured(*prepare(read.points, times))
+        except IdemError as error:
+            rig.flaws.append(f'{topic} at {key[1] / SECOND:.3f} s is left out: {error}')
+    return found
+
+
+def _at(measured, key, instant):
+    """Return a `Measured` whose times are after an instant [ns]; None: there is none."""
+    if measured is None:
+        return None
+    return Measured(measured.points, measured.times + (key[1] - instant) / SECOND)
+
+
+def _named(recording, every, given):
+    for name in every:
+        if name.lstrip('/') == given.lstrip('/'):
+            return name
+    raise TopicNotFound(
+        f'{recording.path} has no topic {given!r} of PointCloud2; it has '
+        f'{", ".join(every) or "none"}'
+    )

@@ -1,0 +1,302 @@
+"""`idem calibrate`: where the LiDARs of one rig are, from clouds or from a recording."""
+
+from pathlib import Path
+
+from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.options import (
+    CLOUD_KINDS,
+    add_columns_option,
+    add_config_options,
+    add_max_chunk,
+    config_from,
+)
+from idem_ros.refinement.point_time_config import PointTimeConfig
+from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
+
+INSTANTS = 5
+# decided here: clouds are put to one time first, and every pose is judged
+WITHOUT = ('motion', 'motion_reference', 'twist_sigma', 'mode', 'assessment', 'guess_sigma')
+
+
+def add_parser(subparsers):
+    """Add the subcommand."""
+    parser = subparsers.add_parser(
+        'calibrate',
+        help='find where the LiDARs of one rig are',
+        description='Find the pose of each LiDAR of a rig in the frame of the first, from starts '
+        'that are up to 45 deg and 0.5 m off. The exit code is 0 where every sensor is aligned, '
+        'else 1.',
+    )
+    parser.add_argument(
+        'input',
+        metavar='CLOUDS',
+        nargs='+',
+        help=f'a recording with a topic a sensor; or a file a sensor ({CLOUD_KINDS}); or a folder '
+        'an instant, each with a file a sensor, of the same names in all',
+    )
+    parser.add_argument(
+        '--start',
+        metavar='FILE',
+        help='where the sensors are, about: a URDF, a YAML as --out writes it, or a pose a sensor '
+        'in their order (default: /tf_static of the recording; else all at one place)',
+    )
+    parser.add_argument(
+        '--reference', metavar='NAME', help='topic or sensor whose frame it is in (default: first)'
+    )
+    parser.add_argument(
+        '--topics',
+        metavar='NAME',
+        nargs='+',
+        help='topics of the sensors (default: all of PointCloud2)',
+    )
+    parser.add_argument(
+        '--names',
+        metavar='NAME',
+        nargs='+',
+        help='frames of the sensors, in the order of files or topics (default: the names of the '
+        'files without suffix; the frame_id of the clouds)',
+    )
+    parser.add_argument(
+        '--instants',
+        metavar='N',
+        type=int,
+        default=INSTANTS,
+        help='instants of a recording, spread evenly over it (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--out',
+        metavar='FOLDER',
+        help='make a folder of the extrinsics as YAML, as joints of a URDF and as '
+        'static_transform_publisher lines, and a picture of the clouds before and after',
+    )
+    parser.add_argument('--json', action='store_true', help='print the result as JSON')
+    add_columns_option(parser)
+    add_max_chunk(parser)
+    add_config_options(parser, without=WITHOUT)
+    add_config_options(parser, config_type=PreprocessingConfig)
+    add_config_options(parser, config_type=PointTimeConfig)
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Calibrate, print and write."""
+    from idem_ros.calibration.calibrating import Uncalibrated
+    from idem_ros.calibration.sighting import calibrate_sightings
+    from idem_ros.calibration.starts import no_starts, read_starts, starts_of
+    from idem_ros.calibration.written import write_calibration
+    from idem_ros.files.atomic_folder import require_free
+
+    config = config_from(args)
+    if args.instants < 1:
+        raise UsageError(f'--instants is {args.instants}; it must be from 1')
+    if args.out:
+        require_free(args.out)
+    names, sightings, tree, notes = (_recorded if _is_recording(args) else _filed)(args)
+    if args.start:
+        tree = read_starts(args.start, names)
+    elif tree is None:
+        tree = no_starts(names)
+        notes.append('no --start: the sensors are looked for from one place')
+    starts = starts_of(tree, names)
+    try:
+        found, twists = calibrate_sightings(sightings, names, starts, config)
+    except Uncalibrated as error:
+        raise Uncalibrated('; '.join([str(error), *notes])) from error
+    if lacking := len(sightings) - len(found.instants):
+        notes.append(f'{lacking} of {len(sightings)} instants lack the reference, or all others')
+    if args.out:
+        write_calibration(args.out, names, found, tree)
+    print((_json if args.json else _text)(args, (names, found, tree), twists, notes))
+    return OK if found.is_usable else FAILED
+
+
+def _is_recording(args):
+    from idem_ros.recording.folder import METADATA, is_recording
+
+    paths = [Path(each) for each in args.input]
+    found = [
+        each
+        for each in paths
+        if is_recording(each.name)
+        or (each / METADATA).is_file()
+        or (each.is_dir() and any(is_recording(inside.name) for inside in each.iterdir()))
+    ]
+    if found and len(paths) > 1:
+        raise UsageError(f'{found[0]} is a recording: give it alone')
+    if args.topics and not found:
+        raise UsageError('--topics are of a recording, and none is given')
+    return bool(found)
+
+
+def _filed(args):
+    """Return (names, sightings, None, notes) of files."""
+    from idem_ros.calibration.file_sightings import files_of, sightings_of
+    from idem_ros.core.exceptions import InvalidCloud
+    from idem_ros.files.cloud_file import read_cloud
+
+    preprocessing = config_from(args, PreprocessingConfig)
+
+    def read(file):
+        """Return the points of a file that take part."""
+        try:
+            return preprocess(read_cloud(file, args.columns), preprocessing).points
+        except InvalidCloud as error:
+            raise InvalidCloud(f'{file}: {error}') from error
+
+    found, files = files_of(args.input)
+    named = dict(zip(found, _named(args, found), strict=True))
+    found = _reference_first(args, found, named)
+    sightings, flaws = sightings_of(found, files, read)
+    return [named[each] for each in found], sightings, None, flaws
+
+
+def _recorded(args):
+    """Return (names, sightings, tree of tf_static or None, notes) of a recording."""
+    from idem_ros.calibration.recorded_sightings import (
+        cloud_topics,
+        offsets,
+        recorded_rig,
+        sightings_in,
+    )
+    from idem_ros.recording.part import MAX_CHUNK
+    from idem_ros.recording.reader import open_recording
+
+    preprocessing = config_from(args, PreprocessingConfig)
+
+    def prepare(points, times):
+        """Return the points that take part, and their times."""
+        kept = preprocess(points, preprocessing)
+        return kept.points, times[kept.kept]
+
+    with open_recording(args.input[0], getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
+        given = args.topics
+        topics = cloud_topics(recording, given, None)
+        names = _named(args, topics) if args.names else None
+        first = cloud_topics(recording, given, _topic_of(args, topics, names))
+        rig = recorded_rig(recording, first)
+        if names is not None:
+            rig.names = [names[topics.index(each)] for each in first]
+        point_times = config_from(args, PointTimeConfig)
+        sightings = sightings_in(recording, rig, args.instants, point_times, prepare)
+        notes = [*recording.warnings, *rig.flaws]
+    late = offsets(rig, sightings)
+    notes += [
+        f'{name} measures {1e3 * (each - late[0]):+.1f} ms after {rig.names[0]}'
+        for name, each in zip(rig.names[1:], late[1:], strict=True)
+        if abs(each - late[0]) > 1e-3
+    ]
+    return rig.names, sightings, rig.tree, notes
+
+
+def _named(args, found):
+    names = args.names or found
+    if len(names) != len(found) or len(set(names)) < len(names):
+        raise UsageError(
+            f'--names are {" ".join(names)}; there must be one each for {", ".join(found)}, in '
+            'this order'
+        )
+    return names
+
+
+def _topic_of(args, topics, names):
+    """Return the topic that --reference means, by itself or by the name of its sensor."""
+    if args.reference and names and args.reference in names:
+        return topics[names.index(args.reference)]
+    return args.reference
+
+
+def _reference_first(args, found, named):
+    if args.reference is None:
+        return found
+    first = [each for each in found if args.reference in (each, named[each])]
+    if not first:
+        raise UsageError(f'--reference is {args.reference}; there are {", ".join(named.values())}')
+    return [*first, *(each for each in found if each not in first)]
+
+
+def _text(args, calibrated, twists, notes):
+    from idem_ros.calibration.written import publishers, sensors_table
+
+    names, found, tree = calibrated
+    size = found.voxel_size
+    voxels = 'points as given' if size is None else f'voxels of {size:.6g}'
+    lines = [
+        f'{len(found.instants)} instants, {voxels}; each sensor in the frame of {names[0]}:',
+        '',
+        sensors_table(names, found),
+        *_reasons(names, found),
+        *_motion(found, twists),
+        *(f'note: {each}' for each in notes),
+    ]
+    if args.out:
+        lines.append(f'{args.out}: extrinsics.yaml, joints.urdf, publish.sh, overlay.png')
+    else:
+        lines += publishers(tree.with_poses(names, found.poses))
+    return '\n'.join(lines)
+
+
+def _reasons(names, found):
+    for name, each, usable in zip(names, found.sensors, found.usable, strict=True):
+        if not usable:
+            yield f'{name} is not calibrated: {each.verdict.reason}'
+
+
+def _motion(found, twists):
+    import numpy as np
+
+    from idem_ros.calibration.rig_motion import is_still
+
+    known = [twist for twist in twists.values() if twist is not None]
+    moving = [twist for twist in known if not is_still(twist)]
+    if moving:
+        speed = max(np.linalg.norm(twist[:3]) for twist in moving)
+        rate = max(np.degrees(np.linalg.norm(twist[3:])) for twist in moving)
+        yield (
+            f'the rig moved, by up to {speed:.2f} m/s and {rate:.1f} deg/s: its clouds were put '
+            'to one time each'
+        )
+    elif known:
+        yield 'the rig stood'
+    moved = [np.linalg.norm(step[:3, 3]) for step in found.steps if step is not None]
+    if moved:
+        yield (
+            f'from instant to instant it went {sum(moved):.2f} m, by {len(moved)} of '
+            f'{len(found.steps)} steps; of the others nothing is known'
+        )
+
+
+def _json(args, calibrated, twists, notes):
+    import json
+
+    from idem_ros.calibration.written import record_of
+
+    names, found, tree = calibrated
+    edges = tree.with_poses(names, found.poses)
+    record = {
+        'reference': names[0],
+        'is_usable': found.is_usable,
+        'voxel_size': found.voxel_size,
+        'sensors': {
+            name: {'T_reference_sensor': each.pose.tolist(), **record_of(each)}
+            for name, each in zip(names, found.sensors, strict=True)
+        },
+        'transforms': [
+            {'parent': parent, 'child': child, 'T_parent_child': T.tolist()}
+            for child, (parent, T) in edges.items()
+        ],
+        'instants': [
+            {
+                'name': each.instant.name,
+                'poses': each.poses.tolist(),
+                'verdicts': [said.verdict.value for said in each.verdicts],
+                'twist': _listed(twists[each.instant.name]),
+            }
+            for each in found.instants
+        ],
+        'notes': notes,
+    }
+    return json.dumps(record, indent=2, allow_nan=False)
+
+
+def _listed(twist):
+    return None if twist is None else twist.tolist()
