@@ -22,7 +22,7 @@ class Spread(NamedTuple):
 
 
 def spread(kind, build):
-    """Return the `Spread` of one case, or None where the registration failed."""
+    """Return the `Spread` of one case, or None where it failed, or the verdict refuses it."""
     case = build()
     rng = np.random.default_rng(crc32(case.name.encode()))
     target, source = Cloud(case.target), Cloud(case.source)
@@ -31,7 +31,7 @@ def spread(kind, build):
     start = displaced(case.truth, case.centroid, degrees, spacings * case.spacing, rng)
     result = register(target, source, start, config)
     T = result.T_target_source
-    if not succeeded(case, *errors(case, T)):
+    if not (result.is_usable and succeeded(case, *errors(case, T))):
         return None
     covariance = result.assessment.covariance
     turned = T[:3, :3] @ case.truth[:3, :3].T

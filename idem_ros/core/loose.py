@@ -22,11 +22,13 @@ from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
 WEAK = 0.06  # strength: a pattern that locks holds by up to 0.05, real towns by 0.1 and more
 GENTLE = 0.0005  # of the strength, of surfaces not across: bare scenes have half of that at most
 MOSTLY = 0.15  # of the strength: plains have 0.2 and more, where a few surfaces hold 0.1
-REACH = 2.0  # of the first radius
+REACH = 2.0  # of the first radius: a guess is not taken to be farther off
 SETTLED = 0.5  # of the radius: how far the last stage may go on from where surfaces coincide
 ALL_SHEETS = 0.9  # of the balls: the others are too few lines to be a pattern
 RULED = 6.0  # votes of the pattern over the surfaces': 10 to 30 where it locks, else to 3
-LOCKED = 0.3  # of the radius: so near to where its pattern coincides a way is the pattern's
+# A way so near, of the radius, to one for which the pattern has so many of its most votes is the
+# pattern's: rings and columns coincide in many places.
+LOCKED, MANY = 0.3, 0.5
 
 
 def held_to_guess(
@@ -119,7 +121,8 @@ def _slid(
         return kept, None
     T, radius = kept.solution.transform, kept.cost.balls.radius
     slide, is_locked = _slides(pair, kept, way)
-    if slide.is_clear(radius) and not is_locked(slide.way):
+    is_near = abs(slide.way) < REACH * pair.stages[0].radius
+    if is_near and slide.is_clear(radius) and not is_locked(slide.way):
         T_slid = se3.translation(slide.way * way) @ T
         last = descend(pair._replace(stages=pair.stages[-1:]), T_slid)
         off = way @ (last.solution.transform[:3, 3] - T_slid[:3, 3])
@@ -136,7 +139,10 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
     """Return the `Slide` along a way, and whether the sensor's pattern coincides at another."""
     assert descent.cost is not None, 'it was gone through'
     balls, wider = descent.cost.balls, list(_where(pair, descent).wider_balls())
-    place = descent.solution.transform, way, balls.radius, REACH * pair.stages[0].radius
+    T = descent.solution.transform
+    ways = way, way @ T[:3, :3]
+    reach = max(np.ptp(cloud.points @ w) for cloud, w in zip(balls.of, ways, strict=True))
+    place = T, way, balls.radius, float(reach)  # a better way is a rival, however far
     target, source = (own_surfaces(cloud, SURFACE) for cloud in balls.clouds)
     slide = slide_along(target, source, *place)
     lines, source_lines = (
@@ -145,4 +151,4 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
     )
     pattern, near = slide_along(lines, source_lines, *place), LOCKED * balls.radius
     rules = pattern.votes >= MANY_VOTES and pattern.votes > RULED * slide.votes
-    return slide, lambda other: rules and abs(other - pattern.way) < near
+    return slide, lambda way: rules and pattern.near(way, near) >= MANY * pattern.votes

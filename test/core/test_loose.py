@@ -51,6 +51,14 @@ def test_niches_are_found_from_metres_off(off):
     np.testing.assert_allclose(result.T_target_source[:3, 3], [MOTION, 0, 0], atol=0.02)
 
 
+@pytest.mark.parametrize('off', [-20.0, -11.0, 9.0, 16.0])
+def test_from_afar_niches_that_fall_on_others_are_not_believed(off):
+    T_far = se3.translation([MOTION + off, 0, 0])
+    result = register(*scans(tunnel([-14.0, -5.0, 7.0, 12.5]), 32), T_far, CONFIG)
+    is_right = abs(result.T_target_source[0, 3] - MOTION) < 0.1
+    assert is_right or result.assessment.verdict is not Verdict.ALIGNED
+
+
 def test_a_pose_at_which_only_the_rings_coincide_is_audited_as_free():
     audit = RegistrationConfig(voxel_size=0.5, mode='audit')
     said = register(*scans(tunnel([]), 64), np.eye(4), audit).assessment

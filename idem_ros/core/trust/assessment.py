@@ -26,7 +26,7 @@ from idem_ros.core.trust.moving_covariance import by_region_in_motion, covarianc
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance, to_pose
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
-from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
+from idem_ros.core.trust.verdict import LEAST_PROBABILITY, NOTHING_KNOWN, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
 from idem_ros.core.trust.words import free_in_words
 
@@ -92,11 +92,11 @@ def assess(
     p = np.nan if lacking else float(probability(*seen))
     free = free_in_words(observability, T[:3, :3])
     position = T[:3, 3] - T[:3, :3] @ pair.source.origin
-    more = of_model(pair.config.model_error)
+    more, unknown = of_model(pair.config.model_error), NOTHING_KNOWN * np.eye(6)
     said = Assessment(
         *_verdict(p, seen, lacking, free, descent),
         free=free,
-        covariance=pose_covariance(covariance, position) + more,
+        covariance=unknown if lacking else pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
         sweep_covariance=sweep_covariance(both, position),
         discord=discord,
@@ -279,7 +279,7 @@ def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
 def _misaligned(seen: _Seen) -> str:
     """Return why a pose is taken to be wrong."""
     if probability(*seen._replace(way=0.0)) >= LEAST_PROBABILITY:
-        return f'it is {seen.way:.2g} radii of the first stage from the guess, beyond any basin'
+        return f'it is {seen.way:.2g} radii of the first stage from the guess, beyond its basin'
     if seen.contrast < 0.0:
         return f'a radius away the clouds agree better, by {-seen.contrast:.2g} nat a point'
     return (

@@ -29,6 +29,13 @@ class Slide(NamedTuple):
     way: float  # along the direction, in the clouds' unit
     votes: float
     rival: float  # votes for the next best way, two radii or more from it
+    of_each: Floats  # votes for each way, the middle one none
+    width: float  # between two of those ways
+
+    def near(self, way: float, off: float) -> float:
+        """Return the most votes for a way that is so far off another, at most."""
+        ways = self.width * (np.arange(len(self.of_each)) - len(self.of_each) // 2)
+        return float(self.of_each[np.abs(ways - way) <= off].max(initial=0.0))
 
     def is_clear(self, near: float = 0.0) -> bool:
         """Whether it has more votes than chance gives, and no rival.
@@ -69,7 +76,7 @@ def slide_along(
     best = int(np.argmax(votes))
     apart = np.abs(np.arange(len(votes)) - best) * width > 2.0 * radius
     rival = float(votes[apart].max(initial=0.0))
-    return Slide((best - len(votes) // 2) * width, float(votes[best]), rival)
+    return Slide((best - len(votes) // 2) * width, float(votes[best]), rival, votes, width)
 
 
 def _across(points: Points, normals: Points, direction: Point) -> tuple[Floats, float]:

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Floats
 
-LEAST_WAY = 2.5  # what the basin of a first stage spans, nearly
-# Of the logarithm of the way, not fitted but set: beyond the basin a result is one of several.
+LEAST_WAY = 1.0  # of the first stage's radius: the rim of its basin, about
+# Of the logarithm of the way, not fitted but set: beyond the basin a result is one of several, and
+# how many minima are no farther from the guess grows with the cube of the way.
 BEYOND = -3.0
 # of the discord nearby, the contrast, the overlap, the logarithm of the way; the constant
-WEIGHTS = (-4.27, 7.32, 9.36, BEYOND, -0.38)
+WEIGHTS = (-4.27, 7.32, 9.36, BEYOND, -3.13)
 
 
 def features(

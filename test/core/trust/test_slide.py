@@ -1,0 +1,40 @@
+"""How far what lies across a way must slide: votes of a few plates, and of many alike."""
+
+import numpy as np
+import pytest
+
+from idem_ros.core.trust.slide import slide_along
+
+AHEAD = np.array([1.0, 0.0, 0.0])
+RADIUS = 0.5
+
+
+def plates(places):
+    """Return points on plates across x at some places, and their normals."""
+    y, z = np.meshgrid(np.linspace(-1, 1, 5), np.linspace(-1, 1, 5))
+    points = [np.c_[np.full(y.size, x), y.ravel() + shift, z.ravel()] for x, shift in places]
+    return np.concatenate(points), np.tile(AHEAD, (y.size * len(places), 1))
+
+
+def slide(here, there, reach=20.0):
+    return slide_along(plates(here), plates(there), np.eye(4), AHEAD, RADIUS, reach)
+
+
+def test_plates_at_unlike_distances_vote_for_one_way():
+    places = [(0.0, 0.0), (2.0, 4.0), (7.0, -4.0)]
+    found = slide(places, [(x - 1.5, y) for x, y in places])
+    assert found.way == pytest.approx(1.5, abs=0.05 * RADIUS + 0.02)
+    assert found.is_clear()
+
+
+def test_plates_in_a_row_have_a_rival_however_far():
+    found = slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)])
+    assert not found.is_clear()
+    assert slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)], reach=5.0).is_clear()
+
+
+def test_votes_near_a_way_are_the_most_of_those_around_it():
+    found = slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)])
+    assert found.near(9.0, 0.3 * RADIUS) == pytest.approx(found.votes)
+    assert found.near(4.5, 0.3 * RADIUS) == 0.0
+    assert found.near(100.0, 0.3 * RADIUS) == 0.0
