@@ -34,9 +34,10 @@ DISPATCHED = $(shell $(BIN)/python -c \
 SITE := .venv-site
 INSTALLED := .venv-installed
 INSTALLED_BIN := $(INSTALLED)/bin
+AARCH64 := manylinux2014 manylinux_2_24 manylinux_2_27 manylinux_2_28
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test portable newest matrix coverage pins lint docs bench wheel colcon soak test-ros fuzz site three clean help $(PORTABLE)
+.PHONY: demo test portable newest matrix coverage pins lint docs bench wheel aarch64 FORCE colcon soak test-ros fuzz site three clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -51,7 +52,8 @@ help:
 	@echo 'make site    build the documents as a site in build/site, with the Python reference'
 	@echo 'make three   bundle three.js for `idem show` again'
 	@echo 'make bench   measure accuracy and time'
-	@echo 'make wheel   build a wheel, install it into an environment of its own, check what it installed'
+	@echo 'make wheel   build an sdist and a wheel, install each into an environment of its own, check what it installed'
+	@echo 'make aarch64  fetch the wheels of all that is pinned for a 64-bit ARM; fails where one has none'
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
 	@echo 'make test-ros  run the tests of launch and tf on an installed ROS 2 (docs/ros_tests.md)'
 	@echo 'make soak    hold the node to a working day: ten minutes of large clouds, overload, faults'
@@ -116,7 +118,7 @@ coverage: $(READY)
 pins:
 	$(PYTHON) -m venv $(PINS)
 	$(PINS)/bin/python $(INSTALL) --upgrade uv
-	printf '%s\n' $(COLCON) | $(PINS)/bin/uv pip compile --quiet --upgrade --universal \
+	printf '%s\n' $(COLCON) build | $(PINS)/bin/uv pip compile --quiet --upgrade --universal \
 		--python-version 3.10 --all-extras --no-annotate --no-header \
 		--output-file constraints.txt setup.py -
 
@@ -160,12 +162,23 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks tunnels --markdown docs/bench_tunnels.md
 	$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
 
-# build/lib is removed: setuptools would pack what is no longer in the checkout
-wheel: $(INSTALLED)/.ready
-	rm -rf build/lib build/wheel
-	$(INSTALLED_BIN)/python -m pip wheel --quiet --no-deps --wheel-dir build/wheel .
-	$(INSTALLED_BIN)/python -m pip install --quiet --force-reinstall --no-deps build/wheel/*.whl
+# build/lib is removed: setuptools would pack what is no longer in the checkout; the wheel is built from the sdist
+build/dist/.ready: $(INSTALLED)/.ready FORCE
+	rm -rf build/lib build/dist
+	$(PINNED) $(INSTALLED_BIN)/python -m build --quiet --outdir build/dist .
+	@touch $@
+
+wheel: build/dist/.ready
+	$(INSTALLED_BIN)/python -m pip install --quiet --force-reinstall --no-deps build/dist/*.whl
 	IDEM_EXECUTABLES=$(INSTALLED_BIN) IDEM_SHARE=$(INSTALLED)/share/idem_ros $(CHECK)
+	IDEM_DIST=build/dist $(INSTALLED_BIN)/python -m pytest -q test/check_distributions.py
+
+# every pinned dependency has a wheel there: pip stops at the first that has not; nothing is run
+aarch64: build/dist/.ready
+	$(INSTALLED_BIN)/python -m pip download --quiet --dest build/aarch64 --constraint constraints.txt \
+		--only-binary=:all: --python-version 3.12 --implementation cp \
+		$(AARCH64:%=--platform %_aarch64) build/dist/*.whl
+	@ls build/aarch64
 
 # colcon writes the path of its own python into the nodes: it must be one that has rclpy
 colcon: $(INSTALLED)/.ready
@@ -215,5 +228,5 @@ $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 $(INSTALLED)/.ready: setup.py setup.cfg pyproject.toml constraints.txt
 	@echo 'Setting up $(INSTALLED) (once, about two minutes) ...'
 	$(PYTHON) -m venv $(INSTALLED)
-	$(PINNED) $(INSTALLED_BIN)/python $(INSTALL) '.[$(EXTRAS)]' $(COLCON)
+	$(PINNED) $(INSTALLED_BIN)/python $(INSTALL) '.[$(EXTRAS)]' $(COLCON) build
 	@touch $@

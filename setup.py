@@ -27,7 +27,7 @@ BENCH = ['small_gicp', 'kiss-icp', 'psutil', 'pillow']
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version='0.2.0',
     description='Online fine registration of point clouds by entropy minimisation (IDEM)',
     license='Apache-2.0',
     maintainer='idem_ros maintainers',
