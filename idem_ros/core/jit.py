@@ -9,6 +9,7 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 from numba.core import event
+from numba.extending import register_jitable
 
 from idem_ros.core.kernel_cache import cache_of, kept_in_words
 
@@ -37,12 +38,23 @@ def compiler(**options: Any) -> Callable[[Function], Function]:
 # No parallel=True: its work-queue aborts when a second Python thread enters it.
 # forceinline: a kernel from the cache brings its own copy of what it calls, one just compiled
 # finds another, which was optimised alone and may differ in its last bits.
-kernel = compiler(
-    nogil=True,
-    forceinline=True,
-    error_model='numpy',
-    fastmath={'nsz', 'arcp', 'contract', 'afn', 'reassoc'},
-)
+# No wrapper for C, which nobody calls: a tenth of the time that compiling takes.
+_OPTIONS: dict[str, Any] = {
+    'nogil': True,
+    'forceinline': True,
+    'error_model': 'numpy',
+    'fastmath': {'nsz', 'arcp', 'contract', 'afn', 'reassoc'},
+    'no_cfunc_wrapper': True,
+}
+kernel = compiler(**_OPTIONS)
+
+
+def inlined(function: Function) -> Function:
+    """Let kernels call a function, which becomes a part of each; called by Python it is Python.
+
+    It is neither wrapped for Python nor kept, which saves an eighth of a cold start.
+    """
+    return cast(Any, register_jitable(**_OPTIONS))(function)
 
 
 class _Teller(event.Listener):

@@ -6,7 +6,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Point, Points
 from idem_ros.core.geometry.grid import Grid, build_grid, neighbours, room_for
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 
 FEW = 8  # points for which looking at all others costs no more than sorting them into cells
 REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
@@ -27,7 +27,7 @@ def mean_fourth_neighbor_distance(points: Points, most: int | None = None) -> fl
     """
     queries = np.ascontiguousarray(points[:: 1 if most is None else max(len(points) // most, 1)])
     distance = np.full(len(queries), np.nan)
-    few = np.arange(len(queries))[:: max(len(queries) // FEW, 1)]
+    few = np.arange(0, len(queries), max(len(queries) // FEW, 1))
     _look_at_all(queries, points, few, distance)
     upper_quartile = np.sort(distance[few])[3 * len(few) // 4]
     reach = max(REACH * upper_quartile, LEAST_REACH * np.ptp(points))
@@ -75,13 +75,13 @@ def _look_in_cells(
             distance[i] = np.sqrt(best[4])
 
 
-@kernel
+@inlined
 def _squared(p: Point, o: Point) -> float:
     dx, dy, dz = o[0] - p[0], o[1] - p[1], o[2] - p[2]
     return dx * dx + dy * dy + dz * dz
 
 
-@kernel
+@inlined
 def _five_nearest(best: _Five, d: float) -> _Five:
     """Insert d in the five smallest, in order; the first is the point itself."""
     a, b, c, e, f = best

@@ -14,7 +14,7 @@ from idem_ros.core.arrays import (
     Points,
     Triple,
 )
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 
 CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
 MOST_ROWS = 18  # three by three of three cells each, and as many that end a period
@@ -65,18 +65,21 @@ def build_grid_between(
     return Grid(start, ordered, low, extent, bits, cell), order
 
 
-@kernel
+@inlined
 def _period_bits(extent: Integers, most_cells: int) -> Integers:
     bits = np.empty(3, np.int64)
     for axis in range(3):
         bits[axis] = max(_bit_length(extent[axis] - 1), LEAST_BITS)
     most = _bit_length(most_cells - 1)
     while bits[0] + bits[1] + bits[2] > most:
-        bits[np.argmax(bits)] -= 1
+        widest = 0  # by hand: np.argmax is long to compile
+        for axis in range(1, 3):
+            widest = axis if bits[axis] > bits[widest] else widest
+        bits[widest] -= 1
     return bits
 
 
-@kernel
+@inlined
 def _bit_length(n: Integer) -> int:
     length = 0
     while n > 0:
@@ -127,13 +130,13 @@ def _sort_into_cells(
     return extent, bits, start[:-1], order, ordered
 
 
-@kernel
+@inlined
 def room_for(grid: Grid) -> tuple[Integers32, Integers32]:
     """Return what `neighbours` writes to: indices of points (N + 1,), and rows of cells."""
     return np.empty(len(grid.points) + 1, np.int32), np.empty((MOST_ROWS, 2), np.int32)
 
 
-@kernel
+@inlined
 def neighbours(
     px: float, py: float, pz: float, grid: Grid, r2: float, found: Integers32, rows: Integers32
 ) -> Integer:
@@ -153,7 +156,7 @@ def neighbours(
     return n
 
 
-@kernel
+@inlined
 def cell_of(px: float, py: float, pz: float, grid: Grid) -> Cell:
     """Return the cell of a place, which may lie outside the grid."""
     return (
@@ -163,7 +166,7 @@ def cell_of(px: float, py: float, pz: float, grid: Grid) -> Cell:
     )
 
 
-@kernel
+@inlined
 def rows_around(cell: Cell, grid: Grid, least: Integer, rows: Integers32) -> Integer:
     """Write begin and end of the points around a cell, row by row, to rows; return count.
 
@@ -187,7 +190,7 @@ def rows_around(cell: Cell, grid: Grid, least: Integer, rows: Integers32) -> Int
     return n  # pyright: ignore[reportReturnType]  # an integer, of which NumPy tells less
 
 
-@kernel
+@inlined
 def within(
     p: Triple,
     points: Points,

@@ -5,7 +5,6 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.arrays import (
-    Floats,
     Matrix3,
     Matrix6,
     Point,
@@ -18,7 +17,7 @@ from idem_ros.core.arrays import (
     Twist,
 )
 from idem_ros.core.exceptions import InvalidTransform
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 
 ORTHONORMALITY_TOLERANCE = 1e-3
 LAST_ROW_TOLERANCE = 1e-6  # a small translation there is a transposed matrix
@@ -150,7 +149,7 @@ def _exp(twist: Twist) -> Transform:
     return result
 
 
-@kernel
+@inlined
 def _series(square: float) -> Triple:
     """Return sin a / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of an angle's square."""
     if square < 1e-8:  # Taylor: the last two lose their digits
@@ -176,14 +175,15 @@ def _log(T: Transform) -> Twist:
     # The inverse of exp's left Jacobian: I - hat / 2 + c hat^2, c = (1 - a/2 cot a/2) / a^2.
     c = (1.0 - half * w / sine) / (4.0 * half * half) if half > 1e-4 else 1.0 / 12.0
     t = (T[0, 3], T[1, 3], T[2, 3])
-    once = _cross(result, t)
-    twice = _cross(result, once)
+    rotation = (result[0], result[1], result[2])
+    once = _cross(rotation, t)
+    twice = _cross(rotation, once)
     for i in range(3):
         result[3 + i] = t[i] - 0.5 * once[i] + c * twice[i]
     return result
 
 
-@kernel
+@inlined
 def _quaternion(T: Transform) -> tuple[float, float, float, float]:
     """Return (w, x, y, z), w >= 0, of a rotation, from the entry that has the most digits."""
     a, b, c = T[0, 0], T[1, 1], T[2, 2]
@@ -202,8 +202,8 @@ def _quaternion(T: Transform) -> tuple[float, float, float, float]:
     return q[0] * f, q[1] * f, q[2] * f, q[3] * f
 
 
-@kernel
-def _cross(a: Triple | Floats, b: Triple | Floats) -> Triple:
+@inlined
+def _cross(a: Triple, b: Triple) -> Triple:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -217,7 +217,7 @@ def adjoint_of(T: Transform) -> Matrix6:
     """Return what `adjoint` does, in a kernel."""
     result = np.zeros((6, 6))
     for k in range(3):
-        moved = _cross((T[0, 3], T[1, 3], T[2, 3]), T[:3, k])
+        moved = _cross((T[0, 3], T[1, 3], T[2, 3]), (T[0, k], T[1, k], T[2, k]))
         for i in range(3):
             result[i, k] = result[3 + i, 3 + k] = T[i, k]
             result[3 + i, k] = moved[i]

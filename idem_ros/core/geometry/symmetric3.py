@@ -1,17 +1,17 @@
 """Symmetric 3x3 matrices in kernels, as the six numbers (xx, xy, xz, yy, yz, zz)."""
 
 from idem_ros.core.arrays import RotationMatrix, Symmetric, Triple
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined
 
 
-@kernel
+@inlined
 def determinant(s: Symmetric) -> float:
     """Return det S."""
     xx, xy, xz, yy, yz, zz = s
     return xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
 
 
-@kernel
+@inlined
 def adjugate(s: Symmetric) -> Symmetric:
     """Return det S times the inverse of S; its trace is the sum of the principal minors."""
     xx, xy, xz, yy, yz, zz = s
@@ -25,25 +25,25 @@ def adjugate(s: Symmetric) -> Symmetric:
     )
 
 
-@kernel
+@inlined
 def scaled(s: Symmetric, f: float) -> Symmetric:
     """Return f S."""
     return s[0] * f, s[1] * f, s[2] * f, s[3] * f, s[4] * f, s[5] * f
 
 
-@kernel
+@inlined
 def inverse(s: Symmetric, det: float) -> Symmetric:
     """Return the inverse of S, given its determinant."""
     return scaled(adjugate(s), 1.0 / det)
 
 
-@kernel
+@inlined
 def trace(s: Symmetric) -> float:
     """Return tr S."""
     return s[0] + s[3] + s[5]
 
 
-@kernel
+@inlined
 def product(a: Symmetric, b: Symmetric) -> Symmetric:
     """Return A B of two matrices of the same axes, which is symmetric, too."""
     axx, axy, axz, ayy, ayz, azz = a
@@ -58,14 +58,14 @@ def product(a: Symmetric, b: Symmetric) -> Symmetric:
     )
 
 
-@kernel
+@inlined
 def times(s: Symmetric, x: float, y: float, z: float) -> Triple:
     """Return S (x, y, z)."""
     xx, xy, xz, yy, yz, zz = s
     return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
 
 
-@kernel
+@inlined
 def rotated(R: RotationMatrix, s: Symmetric) -> Symmetric:
     """Return R S R^T for a rotation R (3, 3)."""
     ax, ay, az = times(s, R[0, 0], R[0, 1], R[0, 2])
@@ -81,7 +81,7 @@ def rotated(R: RotationMatrix, s: Symmetric) -> Symmetric:
     )
 
 
-@kernel
+@inlined
 def thinnest_axis(s: Symmetric) -> Triple:
     """Return the unit axis of the least eigenvalue, where it is much the least.
 

@@ -15,7 +15,7 @@ from idem_ros.core.arrays import (
     Weights,
 )
 from idem_ros.core.geometry.grid import bounds
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 
 NO_TIMES = np.empty(0)
 
@@ -88,7 +88,7 @@ def _accumulate(
     """
     mask = slots.shape[0] - 1
     each = np.int64(weights.shape[0] > 1)
-    n, v = 0, 0
+    n, v = np.int64(0), np.int64(0)
     last_x = last_y = last_z = -1
     for i in range(points.shape[0]):
         px, py, pz = points[i, 0] - low[0], points[i, 1] - low[1], points[i, 2] - low[2]
@@ -96,17 +96,18 @@ def _accumulate(
         if x != last_x or y != last_y or z != last_z:
             v = voxel_of(x, y, z, slots, mask, corners, n)
             if v == n:
-                sums[n, :] = 0.0
+                for c in range(sums.shape[1]):
+                    sums[n, c] = 0.0
                 n += 1
             last_x, last_y, last_z = x, y, z
         d = px - (x + 0.5) * size, py - (y + 0.5) * size, pz - (z + 0.5) * size
         _add(sums[v], d, weights[i * each])
         if times.shape[0]:
             sums[v, 10] += weights[i * each, 0] * times[i]
-    return n
+    return n  # pyright: ignore[reportReturnType]  # of which NumPy tells less
 
 
-@kernel
+@inlined
 def voxel_of(
     x: Integer, y: Integer, z: Integer, slots: Integers32, mask: int, corners: Integers, n: Integer
 ) -> Integer:
@@ -124,7 +125,7 @@ def voxel_of(
         slot = (slot + 1) & mask
 
 
-@kernel
+@inlined
 def _add(m: Floats, d: Triple, weight: Floats) -> None:
     (dx, dy, dz), w = d, weight[0]
     m[0] += w

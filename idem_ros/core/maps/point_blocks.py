@@ -10,7 +10,7 @@ from idem_ros.core.arrays import Floats, Indices, Integers, Integers32, Point, P
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.geometry.grid import bounds
 from idem_ros.core.geometry.voxels import voxel_of
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.measured_points import checked_points, finite_points
 
 FIRST_SLOTS = 1 << 12
@@ -111,7 +111,7 @@ def _fill_corners(points: Points, edge: float, corner: Integers) -> None:
             corner[i, c] = _below(points[i, c], edge)
 
 
-@kernel
+@inlined
 def _below(x: float, edge: float) -> int:
     """Return the whole i with i * edge <= x < (i + 1) * edge, as these products are rounded."""
     i = np.int64(np.floor(x / edge))

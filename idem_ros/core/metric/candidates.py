@@ -20,7 +20,7 @@ from idem_ros.core.blocks import Workers, in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.grid import Grid, bounds, neighbours, room_for
 from idem_ros.core.jit import kernel
-from idem_ros.core.metric.moments import into_frame
+from idem_ros.core.metric.moments import into_frame, point_of
 
 SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
 EXPECTED = 8  # candidates a point; the list grows where there are more
@@ -111,7 +111,7 @@ def _enumerate(
     found, rows = room_for(grid)
     first[0] = at = 0
     for i in range(n):
-        x, y, z = into_frame(points[i], R, t)
+        x, y, z = into_frame(point_of(points, i), R, t)
         count = np.int64(neighbours(x, y, z, grid, r2, found, rows))
         while at + count > member.shape[0]:
             member = np.concatenate((member, np.empty_like(member)))

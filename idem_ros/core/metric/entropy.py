@@ -12,10 +12,11 @@ from idem_ros.core.arrays import (
     Points,
     Rotations,
     Transforms,
+    Weights,
 )
 from idem_ros.core.geometry.grid import Grid, neighbours, room_for
 from idem_ros.core.geometry.symmetric3 import determinant
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.metric.moments import (
     AS_MEASURED,
@@ -33,12 +34,13 @@ TWO_PI_E_CUBED = (2.0 * np.pi * np.e) ** 3  # (2 pi e)^N of Eq. 4 in three dimen
 MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 4)
 
 
-@kernel
+@inlined
 def entropy(moments: Moments, scale: float) -> float:
     """Eq. 4: h = 1/2 ln((2 pi e)^3 det Sigma + 1), lengths divided by the scale."""
     if moments[0] <= MOST_WITHOUT_ENTROPY:
         return 0.0
-    det = max(determinant(covariance(moments)), 0.0) / scale**6
+    cube = scale * scale * scale
+    det = max(determinant(covariance(moments)), 0.0) / (cube * cube)
     return 0.5 * np.log1p(TWO_PI_E_CUBED * det)
 
 
@@ -51,6 +53,7 @@ def length_unit(length_scale: str, radius: float) -> float:
 def fill_differences(
     centres: Centres,
     grid: Grid,
+    weights: Weights,
     chosen: Indices,
     motions: tuple[Rotations, Points],
     size: tuple[float, float],
@@ -63,6 +66,7 @@ def fill_differences(
         centres: points (N, 3), and moments (N, 10) of the balls around them in their own cloud,
             each point counting once.
         grid: the other cloud's `Grid`.
+        weights: (1, 7), of which nothing is read.
         chosen: (n,) indices of centres.
         motions: R (K, 3, 3) and t (K, 3) that take the other's frame to that of the centres.
         size: squared radius, and what lengths are divided by.
@@ -78,7 +82,7 @@ def fill_differences(
             reach[c, k] = n
             q[c, k] = 0.0
             if n > 0:
-                m, _ = ball_moments(x, grid.points, AS_MEASURED, found, 0, n, r2)
+                m, _ = ball_moments(x, grid.points, weights, found, np.uint64(0), n, r2)
                 q[c, k] = entropy(plus(alone, rotated(R[k], m)), scale) - h
 
 
@@ -114,11 +118,11 @@ def differences_at_each(
         scale: what lengths are divided by.
         chosen: (n,) indices of centres; None: all.
     """
-    chosen = np.arange(len(centres.order)) if chosen is None else chosen
+    chosen = np.arange(len(centres.order)) if chosen is None else np.ascontiguousarray(chosen)
     R, t = transforms[:, :3, :3], transforms[:, :3, 3]
     motions = np.ascontiguousarray(R), np.ascontiguousarray(t)
     q, reach = np.empty((2, len(chosen), len(transforms)))
     size = radius * radius * TIE, scale
     own = centres.grid.points, centres.unit
-    fill_differences(own, others.grid, chosen, motions, size, q, reach)
+    fill_differences(own, others.grid, AS_MEASURED, chosen, motions, size, q, reach)
     return q, reach

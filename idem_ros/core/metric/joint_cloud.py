@@ -22,7 +22,7 @@ from idem_ros.core.geometry.grid import (
     rows_around,
     within,
 )
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import entropy
 from idem_ros.core.metric.moments import TIE, plus, row_of
 
@@ -111,7 +111,7 @@ def _differences(grid: Grid, is_source: Mask, r2: float, scale: float) -> Floats
     return found
 
 
-@kernel
+@inlined
 def _moments(grid: Grid, is_source: Mask, r2: float) -> Floats:
     """Return (N, 2, 10): moments about each point of the target's and the source's in its ball."""
     points = grid.points
@@ -136,7 +136,7 @@ def _moments(grid: Grid, is_source: Mask, r2: float) -> Floats:
     return moments
 
 
-@kernel
+@inlined
 def _add(m: Floats, d: Triple, sign: float) -> None:
     dx, dy, dz = d
     m[0] += 1.0

@@ -21,14 +21,14 @@ from idem_ros.core.arrays import (
 )
 from idem_ros.core.geometry import symmetric3
 from idem_ros.core.geometry.grid import Grid, neighbours, room_for
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 
 # A pair at exactly r (points on a lattice) must not be decided by the last bit.
 TIE = 1.0 + 1e-12
 AS_MEASURED = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # weight and scatter of all points
 
 
-@kernel
+@inlined
 def ball_moments(
     p: Triple,
     points: Points,
@@ -44,12 +44,13 @@ def ball_moments(
     kernel leaves aside the compiler leaves out the work.
 
     weights (N, 7): weight and scatter of each point, or (1, 7): of all of them.
+    begin, end: unsigned, so that no index is looked at whether it is negative.
     """
     px, py, pz = p
     each = np.uint64(weights.shape[0] > 1)
     n = ux = uy = uz = uxx = uxy = uxz = uyy = uyz = uzz = 0.0
     k = sx = sy = sz = xx = xy = xz = yy = yz = zz = 0.0
-    for c in range(np.uint64(begin), np.uint64(end)):  # unsigned: no look at negative indices
+    for c in range(begin, end):
         j = np.uint64(member[c])
         dx, dy, dz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
         if dx * dx + dy * dy + dz * dz > r2:
@@ -100,7 +101,7 @@ def own_moments(
     for i in range(begin, end):
         p = point_of(grid.points, i * stride)
         n = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
-        once, m = ball_moments(p, grid.points, weights, found, 0, n, r2)
+        once, m = ball_moments(p, grid.points, weights, found, np.uint64(0), n, r2)
         for c in range(10):
             unit[i, c] = once[c]
             own[i, c] = m[c]
@@ -118,13 +119,13 @@ def moments_around(
     for i in range(centres.shape[0]):
         p = point_of(centres, i)
         n = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
-        once, m = ball_moments(p, grid.points, weights, found, 0, n, r2)
+        once, m = ball_moments(p, grid.points, weights, found, np.uint64(0), n, r2)
         for c in range(10):
             unit[i, c] = once[c]
             own[i, c] = m[c]
 
 
-@kernel
+@inlined
 def covariance(moments: Moments) -> Symmetric:
     """Return the covariance, divided by k, of moments (k, s, S): S/k - (s/k)(s/k)^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = moments
@@ -140,20 +141,20 @@ def covariance(moments: Moments) -> Symmetric:
     )
 
 
-@kernel
+@inlined
 def point_of(points: Points, i: Integer) -> Triple:
     """Return row i of points (N, 3)."""
     return points[i, 0], points[i, 1], points[i, 2]
 
 
-@kernel
+@inlined
 def row_of(m: MomentRows, i: Integer) -> Moments:
     """Return row i of moments (N, 10)."""
     a, b = m[i], m[i, 5:]
     return a[0], a[1], a[2], a[3], a[4], b[0], b[1], b[2], b[3], b[4]
 
 
-@kernel
+@inlined
 def plus(a: Moments, b: Moments) -> Moments:
     """Return the sum of two moments about the same centre."""
     return (
@@ -162,8 +163,8 @@ def plus(a: Moments, b: Moments) -> Moments:
     )
 
 
-@kernel
-def into_frame(p: Triple | Point, R: RotationMatrix, t: Point) -> Triple:
+@inlined
+def into_frame(p: Triple, R: RotationMatrix, t: Point) -> Triple:
     """Return R^T (p - t): a centre, taken to the frame in which the other cloud stays."""
     x, y, z = p[0] - t[0], p[1] - t[1], p[2] - t[2]
     return (
@@ -173,7 +174,7 @@ def into_frame(p: Triple | Point, R: RotationMatrix, t: Point) -> Triple:
     )
 
 
-@kernel
+@inlined
 def rotated(R: RotationMatrix, m: Moments) -> Moments:
     """Return moments m of the other cloud with the axes of the centre's frame: R s, R S R^T."""
     k, sx, sy, sz, xx, xy, xz, yy, yz, zz = m

@@ -24,7 +24,7 @@ from idem_ros.core.arrays import (
 from idem_ros.core.blocks import ALONE, BLOCK, Workers, in_threads
 from idem_ros.core.geometry import symmetric3
 from idem_ros.core.geometry.grid import Grid, build_grid, neighbours, room_for
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import EXPECTED, SKIN, Candidates
 from idem_ros.core.metric.cloud import Cloud, neighbourhoods
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, point_of, rotated, row_of
@@ -249,7 +249,7 @@ def _others_around(
     return first, member[:at].copy()
 
 
-@kernel
+@inlined
 def _place_by_cloud(
     cloud: Integers32,
     found: Integers32,
@@ -278,7 +278,7 @@ def _place_by_cloud(
     return at
 
 
-@kernel
+@inlined
 def _mark(seen: Integers32, together: Mask) -> None:
     for p in range(len(seen)):
         for q in range(p):

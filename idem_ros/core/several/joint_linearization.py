@@ -27,7 +27,7 @@ from idem_ros.core.arrays import (
 )
 from idem_ros.core.blocks import in_threads
 from idem_ros.core.geometry.symmetric3 import determinant, inverse
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import Candidates
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import ball_moments, covariance, plus, point_of, row_of
@@ -132,7 +132,7 @@ def accumulate(
                 _add_blocks(p, (f, w), of_centre, seen[:n], moments, pair_of, blocks)
 
 
-@kernel
+@inlined
 def members_by_cloud(
     placed: Placed,
     i: Integer,
@@ -163,7 +163,7 @@ def members_by_cloud(
     return n
 
 
-@kernel
+@inlined
 def _weighed(joint: Moments, own: Moments, cost: BallCost) -> tuple[float, Symmetric]:
     """Return rho / N and W of a ball; 0.0 where it has no entropy."""
     if joint[0] <= MOST_WITHOUT_ENTROPY:
@@ -185,7 +185,7 @@ def _weighed(joint: Moments, own: Moments, cost: BallCost) -> tuple[float, Symme
     return f, w
 
 
-@kernel
+@inlined
 def _add_pulls(
     p: Triple,
     joint: Moments,
@@ -218,7 +218,7 @@ def _add_pulls(
     own[5] -= vz
 
 
-@kernel
+@inlined
 def _add_blocks(
     p: Triple,
     weight: tuple[float, Symmetric],
@@ -241,7 +241,7 @@ def _add_blocks(
             _add_block(blocks[pair_of[b, other]], n_b * moments[other, 0], vv, wv, ww)
 
 
-@kernel
+@inlined
 def _add_block(
     block: Floats,
     f: float,

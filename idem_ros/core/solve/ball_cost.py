@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from idem_ros.core.arrays import Moments, Symmetric
 from idem_ros.core.geometry.symmetric3 import determinant, product, scaled, trace
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import covariance
 
@@ -23,7 +23,7 @@ class BallCost(NamedTuple):
     levelled: bool  # whether own means are moved to where the others' spread puts them: `bend`
 
 
-@kernel
+@inlined
 def without_tangential(w: Symmetric) -> Symmetric:
     """Return W^3 / tr(W)^2: each axis of Sigma by the square of its share of the pull.
 
@@ -34,7 +34,7 @@ def without_tangential(w: Symmetric) -> Symmetric:
     return scaled(product(product(w, w), w), f * f)
 
 
-@kernel
+@inlined
 def balance(joint: Moments, cross: Moments, apart2: float) -> float:
     """Return 1 / (1 + d^4 / apart^4) for means of the ball's two clouds that are d apart.
 
@@ -49,7 +49,7 @@ def balance(joint: Moments, cross: Moments, apart2: float) -> float:
     return 1.0 / (1.0 + apart * apart)
 
 
-@kernel
+@inlined
 def bend(joint: Moments, cross: Moments) -> float:
     """Return by how much more the other cloud's points spread about the centre, less 1.
 
@@ -65,7 +65,7 @@ def bend(joint: Moments, cross: Moments) -> float:
     return min(max(more, 1.0 / MOST_BEND), MOST_BEND) - 1.0
 
 
-@kernel
+@inlined
 def own_determinant(own: Moments, noise: float) -> float:
     """Return det (Sigma + noise I) of a ball's own members; 0 where they have no entropy."""
     if own[0] <= MOST_WITHOUT_ENTROPY:
@@ -73,7 +73,7 @@ def own_determinant(own: Moments, noise: float) -> float:
     return max(determinant(with_noise(covariance(own), noise)), 0.0)
 
 
-@kernel
+@inlined
 def with_noise(s: Symmetric, noise: float) -> Symmetric:
     """Return S + noise I."""
     xx, xy, xz, yy, yz, zz = s

@@ -4,7 +4,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Integers, Matrix6, Transform, Twist
 from idem_ros.core.geometry.se3 import adjoint_of, inverse_of
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 
 # One block's sums: the value, the gradient (omega, v), then of the matrix vv (6), omega-v (9),
 # omega-omega (6).
@@ -39,10 +39,10 @@ def of_both(
     values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
     pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
     for g in range(groups):
-        weight = _summed(here, g, VV) + _summed(there, g, VV)
+        weight = _summed(here[:, g, VV]) + _summed(there[:, g, VV])
         if weight == 0.0:  # no ball of the group holds points of both clouds
             continue
-        values[g] = _summed(here, g, 0) + _summed(there, g, 0)
+        values[g] = _summed(here[:, g, 0]) + _summed(there[:, g, 0])
         _unpack(there[:, g, 1:], pull, matrix)
         _unpack(here[:, g, 1:], pulls[g], stiffness[g])
         for i in range(6):
@@ -58,15 +58,15 @@ def of_both(
     return values, pulls, stiffness
 
 
-@kernel
-def _summed(sums: Floats, g: int, c: int) -> float:
+@inlined
+def _summed(sums: Floats) -> float:
     total = 0.0
-    for b in range(sums.shape[0]):
-        total += sums[b, g, c]
+    for each in sums:
+        total += each
     return total
 
 
-@kernel
+@inlined
 def _unpack(sums: Floats, pull: Twist, matrix: Matrix6) -> None:
     """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
     for i in range(6):

@@ -23,7 +23,7 @@ from idem_ros.core.arrays import (
     Triple,
 )
 from idem_ros.core.geometry.symmetric3 import determinant, inverse, scaled, times
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import (
     ball_moments,
@@ -86,7 +86,8 @@ def linearize(
                 continue
             p = point_of(centres, i)
             x = into_frame(p, R, t)
-            _, m = ball_moments(x, points, weights, member, first[i], first[i + 1], cost.r2)
+            begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
+            _, m = ball_moments(x, points, weights, member, begin, end, cost.r2)
             if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
                 continue
             if n == TOGETHER or its_group[i] != g:
@@ -97,7 +98,7 @@ def linearize(
         _add(balls, n, R, cost, its_sums[g])
 
 
-@kernel
+@inlined
 def _put(balls: Floats, n: Integer, p: Triple, own: Floats, m: Moments) -> None:
     balls[0, n], balls[1, n], balls[2, n] = p
     for c in range(10):
@@ -108,7 +109,7 @@ def _put(balls: Floats, n: Integer, p: Triple, own: Floats, m: Moments) -> None:
     balls[20, n], balls[21, n], balls[22, n] = yy, yz, zz
 
 
-@kernel
+@inlined
 def _add(balls: Floats, n: Integer, R: RotationMatrix, cost: BallCost, sums: Floats) -> None:
     """Add the first n balls' value, gradient and matrix to sums (28,)."""
     if n == 0:  # not even nothing is added: the row may be another thread's
@@ -146,7 +147,7 @@ def _add(balls: Floats, n: Integer, R: RotationMatrix, cost: BallCost, sums: Flo
             sums[0] += 0.5 * np.log(balls[GAIN, i])
 
 
-@kernel
+@inlined
 def _moments_of(rows: Floats, i: Integer) -> Moments:
     return (
         *(rows[0, i], rows[1, i], rows[2, i], rows[3, i], rows[4, i]),
@@ -154,7 +155,7 @@ def _moments_of(rows: Floats, i: Integer) -> Moments:
     )
 
 
-@kernel
+@inlined
 def pull_of(
     p: Triple, cross: Moments, joint: Moments, w: Symmetric, f: float, more: float
 ) -> _Six:
@@ -185,7 +186,7 @@ def pull_of(
     )
 
 
-@kernel
+@inlined
 def turning(p: Triple, w: Symmetric, f: float) -> _Nine:
     """Return f [x]_x W, of f J^T W J with J = [-[x]_x, I] for the motion of the moving mean x."""
     x, y, z = p
@@ -197,7 +198,7 @@ def turning(p: Triple, w: Symmetric, f: float) -> _Nine:
     )
 
 
-@kernel
+@inlined
 def turned(p: Triple, w: Symmetric, f: float) -> _Six:
     """Return the upper half of -f [x]_x W [x]_x."""
     x, y, z = p
@@ -208,17 +209,17 @@ def turned(p: Triple, w: Symmetric, f: float) -> _Six:
     )
 
 
-@kernel
+@inlined
 def _plus6(a: _Six, b: _Six) -> _Six:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]
 
 
-@kernel
+@inlined
 def _plus9(a: _Nine, b: _Nine) -> _Nine:
     return (*_plus6(a[:6], b[:6]), a[6] + b[6], a[7] + b[7], a[8] + b[8])
 
 
-@kernel
+@inlined
 def _write(sums: Floats, pull: _Six, vv: _Six, wv: _Nine, ww: _Six) -> None:
     for c in range(6):
         sums[c] += pull[c]

@@ -19,7 +19,7 @@ from idem_ros.core.arrays import (
 )
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.metric.moments import (
@@ -161,7 +161,8 @@ def _fill_planes(
             continue
         p = point_of(centres, i)
         x = into_frame(p, R, t)
-        _, m = ball_moments(x, points, weights, member, first[i], first[i + 1], r2)
+        begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
+        _, m = ball_moments(x, points, weights, member, begin, end, r2)
         if m[0] < LEAST_MEMBERS:
             continue
         a, b = row_of(own, i), rotated(R, m)
@@ -181,7 +182,7 @@ def _fill_planes(
     return n
 
 
-@kernel
+@inlined
 def _normal(s: Symmetric, shape: tuple[float, float]) -> tuple[float, Triple]:
     """Return first variance over second, and the first's axis: the normal of a surface.
 
@@ -195,7 +196,7 @@ def _normal(s: Symmetric, shape: tuple[float, float]) -> tuple[float, Triple]:
     return max(det, 0.0) * spread / (minors * minors), thinnest_axis(s)
 
 
-@kernel
+@inlined
 def _fill(j: Floats, x: Triple, n: Triple, sign: float) -> None:
     j[0] = sign * (x[1] * n[2] - x[2] * n[1])
     j[1] = sign * (x[2] * n[0] - x[0] * n[2])
