@@ -22,6 +22,7 @@ from idem_ros.commands import (
     report,
     show,
     simulate,
+    smooth,
     trajectory,
     truth,
 )
@@ -37,6 +38,7 @@ COMMANDS = (
     bag,
     calibrate,
     replay,
+    smooth,
     evaluate,
     report,
     show,

@@ -14,6 +14,7 @@ from idem_ros.pairing.targets import PairingConfig
 from idem_ros.parameters.fields import is_optional, is_whole, parameter_name
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.smoothing.config import SmoothingConfig
 
 TITLES = {
     RegistrationConfig: 'registration',
@@ -22,9 +23,10 @@ TITLES = {
     GuessConfig: 'initial guesses',
     PointTimeConfig: 'times of points within a sweep',
     MapConfig: 'target that is a map',
+    SmoothingConfig: 'what is joined',
 }
 CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .pts .asc .bin .npy .las .laz .e57'
-REPLAYED = tuple(TITLES)
+REPLAYED = tuple(kind for kind in TITLES if kind is not SmoothingConfig)
 ROLES = {
     'target': 'PointCloud2',
     'source': 'PointCloud2',

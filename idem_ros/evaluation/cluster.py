@@ -1,4 +1,4 @@
-"""Recordings evaluated by the workers of a Dask scheduler (the extra "cluster")."""
+"""Tasks done by the workers of a Dask scheduler (the extra "cluster")."""
 
 import socket
 
@@ -13,31 +13,29 @@ class ClusterMissing(IdemError):
     """No Dask, no scheduler at the address, or one without workers."""
 
 
-def on_cluster(tasks, address, patience=PATIENCE):
-    """Evaluate recordings on a cluster.
+def on_cluster(tasks, address, patience=PATIENCE, call=evaluated):
+    """Do tasks on a cluster: by default, evaluate recordings.
 
     The scheduler gives what a killed worker had to another worker, until more of them are lost
-    over one recording than its `allowed-failures` (3 by default).
+    over one task than its `allowed-failures` (3 by default).
 
-    Workers read the recordings by the paths of the tasks and send the results back; idem_ros must
-    be installed where they run.
+    Workers read files by the paths of the tasks and send the results back; idem_ros must be
+    installed where they run.
 
     Args:
-        tasks: [`Task`].
+        tasks, call: see `in_processes`.
         address: of the scheduler, such as tcp://10.0.0.1:8786.
         patience: for the scheduler and its first worker [s].
 
     Yields:
-        (index, `Outcome`) of each task, in the order in which they end.
+        (index, outcome) of each task, in the order in which they end, see `in_processes`.
 
     Raises:
         ClusterMissing: see there.
     """
     distributed = _distributed()
     with _client(distributed, address, patience) as client:
-        indices_of = {
-            client.submit(evaluated, task, pure=False): i for i, task in enumerate(tasks)
-        }
+        indices_of = {client.submit(call, task, pure=False): i for i, task in enumerate(tasks)}
         ended = distributed.as_completed(list(indices_of), loop=client.loop)
         for future in ended:
             index = indices_of.pop(future)

@@ -1,4 +1,4 @@
-"""Recordings evaluated in processes of their own; one that is killed takes no other with it."""
+"""Tasks done in processes of their own; one that is killed takes no other with it."""
 
 import logging
 from collections import Counter, deque
@@ -12,7 +12,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
 from idem_ros.evaluation.worker_pool import worker_pool
 
-RUNS = 3  # of a recording whose worker is killed: one, and two again
+RUNS = 3  # of a task whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are
 BEGUN, DONE, TOTAL = range(3)
 _counters: Any = None  # in a worker: three numbers of each task
@@ -22,18 +22,20 @@ class WorkersFailed(IdemError):
     """Worker processes that end before they begin."""
 
 
-def in_processes(tasks, jobs, watch=lambda index, done, total: None):
-    """Evaluate recordings in worker processes.
+def in_processes(tasks, jobs, watch=lambda index, done, total: None, call=evaluated):
+    """Do tasks in worker processes: by default, evaluate recordings.
 
-    A recording whose worker is killed is done again by another, at most twice.
+    A task whose worker is killed is done again by another, at most twice.
 
     Args:
-        tasks: [`Task`].
+        tasks: [`Task`], or others with a `path` that names each.
         jobs: how many processes, from 1.
         watch: is told now and then how many of its messages a running task has read.
+        call: does a task, given it and `progress`, see `evaluated`; importable by name.
 
     Yields:
-        (index, `Outcome`) of each task, in the order in which they end.
+        (index, outcome) of each task, in the order in which they end: what `call` returns, or an
+        `Outcome` with the reason why there is nothing.
 
     Raises:
         WorkersFailed: no worker begins.
@@ -49,7 +51,7 @@ def in_processes(tasks, jobs, watch=lambda index, done, total: None):
         while left or running:
             while idle and left:
                 index, pool = left.popleft(), idle.pop()
-                running[pool.submit(_run, index, tasks[index])] = index, pool
+                running[pool.submit(_run, index, tasks[index], call)] = index, pool
             for future in _ended(running, counters, watch):
                 index, pool = running.pop(future)
                 outcome = _outcome(future, tasks[index])
@@ -97,9 +99,9 @@ def _begin(counters):
     _counters = counters
 
 
-def _run(index, task):
+def _run(index, task, call):
     _counters[3 * index + BEGUN] = 1
-    return evaluated(task, lambda messages, total: _counted(messages, total, 3 * index))
+    return call(task, lambda messages, total: _counted(messages, total, 3 * index))
 
 
 def _counted(messages, total, offset):

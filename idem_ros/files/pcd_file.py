@@ -57,15 +57,19 @@ def write_pcd(path, points, dtype=np.float32):
         dtype: np.float32 or np.float64; PCL takes x, y, z of float32 only.
     """
     packed = np.ascontiguousarray(points, np.dtype(dtype).newbyteorder('<'))
-    size = packed.dtype.itemsize
-    header = (
-        '# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\n'
-        f'SIZE {size} {size} {size}\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(packed)}\nHEIGHT 1\n'
-        f'VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(packed)}\nDATA binary\n'
-    )
     with path.open('wb') as stream:
-        stream.write(header.encode())
+        stream.write(pcd_header(len(packed), dtype))
         stream.write(packed)
+
+
+def pcd_header(count, dtype=np.float32):
+    """Return the bytes before the little-endian points of a binary PCD; see `write_pcd`."""
+    size = np.dtype(dtype).itemsize
+    return (
+        '# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\n'
+        f'SIZE {size} {size} {size}\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {count}\nHEIGHT 1\n'
+        f'VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count}\nDATA binary\n'
+    ).encode()
 
 
 def _rows(header, stream, room, chosen, most):

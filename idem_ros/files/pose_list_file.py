@@ -58,7 +58,8 @@ def write_poses(path, poses, edges=()):
         path: its suffix, one of `SUFFIXES`, says as what.
         poses: (K, 4, 4); the stamp of a TUM line is the cloud's number.
         edges: (i, j, covariance (6, 6) of j's pose in i) of each edge of a .g2o, x y z rx ry rz,
-            in the axes of i about the origin of j.
+            in the axes of i about the origin of j; a fourth is that pose, (4, 4), where it is
+            another than the poses have.
     """
     kind = SUFFIXES[Path(path).suffix.lower()]
     if kind == 'tum':
@@ -74,9 +75,9 @@ def write_poses(path, poses, edges=()):
             stream.writelines(_edge_line(poses, *edge) for edge in edges)
 
 
-def _edge_line(poses, i, j, covariance):
+def _edge_line(poses, i, j, covariance, T_i_j=None):
     """Return an edge: the information is in the axes of j, as g2o has it, of a rotation vector."""
-    T = inverse(poses[i]) @ poses[j]
+    T = inverse(poses[i]) @ poses[j] if T_i_j is None else T_i_j
     turn = np.kron(np.eye(2), T[:3, :3].T)
     information = np.linalg.inv(turn @ covariance @ turn.T)
     upper = ' '.join(f'{number:.9g}' for number in information[np.triu_indices(6)])

@@ -57,7 +57,7 @@ def read_trajectory(path):
             number; stamps that do not increase.
     """
     path = Path(path)
-    lines = _lines(path)
+    lines = lines_of_file(path)
     if path.suffix.lower() == '.csv':
         lines = _after_header(path, lines)
     if not lines:
@@ -94,17 +94,19 @@ def write_csv(path, stamps, transforms):
         temporary.write_text(CSV_HEADER + '\n' + ''.join(lines))
 
 
-def _lines(path):
-    """Return (number, words) of each line that is no comment."""
-    refuse_special(path, UnreadableTrajectory)
+def lines_of_file(path, kind=UnreadableTrajectory, what='trajectory'):
+    """Return (number, words) of each line of a text file that is no comment.
+
+    Raises:
+        An error of that kind: there is none, or no text in it; what: it was to be.
+    """
+    refuse_special(path, kind)
     try:
-        lines, _ = numbered_lines(text_of(path.read_bytes()))
+        lines, _ = numbered_lines(text_of(Path(path).read_bytes()))
     except OSError as error:
-        raise UnreadableTrajectory(f'{path} cannot be read: {error.strerror or error}') from error
+        raise kind(f'{path} cannot be read: {error.strerror or error}') from error
     except IdemError as error:
-        raise UnreadableTrajectory(
-            f'{path} is no trajectory, it must be a text file: {error}'
-        ) from error
+        raise kind(f'{path} is no {what}, it must be a text file: {error}') from error
     return [(number, words_of(line)) for number, line in lines]
 
 

@@ -29,6 +29,7 @@ IDEM = [
 COMMANDS = {
     'replay': 'replay scans.mcap --json OUT/a.json --out OUT/a.mcap --tum OUT/a.tum',
     'sequence': 'replay scans.mcap --sequence submap --json OUT/a.json',
+    'smooth': 'smooth scans.mcap --trajectory scans.tum --jobs 2 --out OUT/smoothed',
     'methods': 'replay scans.mcap --method idem,gicp --json OUT/a.json',
     'evaluate': 'evaluate scans.mcap more.mcap --jobs 2 --out OUT/results',
     'experiments': 'experiments run table2 --quick --out OUT/paper',
@@ -56,7 +57,7 @@ def folder(tmp_path_factory):
     (folder / 'rules.yaml').write_text('rules: [frames > 1]')
     for name in ('a', 'b'):
         np.savetxt(folder / f'{name}.xyz', np.random.default_rng(2).uniform(0, 3, (2000, 3)))
-    made = [*IDEM, 'replay', 'scans.mcap', '--json', 'made.json']
+    made = [*IDEM, 'replay', 'scans.mcap', '--json', 'made.json', '--tum', 'scans.tum']
     subprocess.run(made, cwd=folder, capture_output=True, check=True)
     return folder
 
