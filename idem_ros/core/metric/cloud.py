@@ -17,10 +17,12 @@ from idem_ros.core.arrays import (
     Point,
     Points,
     Transform,
+    Transforms,
     Weights,
 )
 from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
+from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.geometry.grid import Grid, bounds, build_grid
 from idem_ros.core.geometry.undistortion import checked_times
@@ -29,7 +31,7 @@ from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
 from idem_ros.core.metric.measured_points import MIDDLE_SAMPLE, centred_points, checked_points
-from idem_ros.core.metric.moments import AS_MEASURED, TIE, own_moments
+from idem_ros.core.metric.moments import AS_MEASURED, TIE, own_moments, turned_weights
 from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
 from idem_ros.core.metric.voxel_size import Fit, fit_of
 
@@ -94,6 +96,18 @@ class Cloud:
         cloud._init(*centred_points(points), AS_MEASURED, 1)
         return cloud
 
+    @classmethod
+    def joined(cls, clouds: Sequence[Cloud], poses: Transforms) -> Cloud:
+        """Return the union of clouds at poses (K, 4, 4); it, too, is for one call."""
+        each = list(zip(clouds, poses, strict=True))
+        points = [se3.transform_points(T, cloud._points + cloud.origin) for cloud, T in each]
+        union = cls.for_one_call(np.concatenate(points))
+        if any(cloud.is_reduced for cloud in clouds):
+            weights = (np.broadcast_to(cloud._weights, (len(cloud), 7)) for cloud in clouds)
+            turned = [turned_weights(T[:3, :3], w) for T, w in zip(poses, weights, strict=True)]
+            union._weights = np.concatenate(turned)[union.finite]
+        return union
+
     def _init(
         self, origin: Point, finite: Mask, points: Points, weights: Weights, kept: int
     ) -> None:
@@ -122,14 +136,8 @@ class Cloud:
         """Whether it is a part of a map, beside which there is more."""
         return False
 
-    def around(
-        self, source: Cloud, T: Transform, radius: float, workers: Workers = ALONE
-    ) -> Cloud:
-        """Return what a source can meet within a radius at T, between the origins: all of it.
-
-        Raises:
-            OutOfTime: of a part of a map, that the workers are late.
-        """
+    def around(self, source: Cloud, T: Transform, radius: float) -> Cloud:
+        """Return what a source can meet within a radius at T, between the origins: all of it."""
         return self
 
     def bounds(self) -> tuple[Point, Point]:

@@ -174,6 +174,19 @@ def into_frame(p: Triple, R: RotationMatrix, t: Point) -> Triple:
     )
 
 
+@kernel
+def turned_weights(R: RotationMatrix, weights: Weights) -> Weights:
+    """Return weights and scatters (N, 7) of points that were turned."""
+    turned = np.empty(weights.shape)
+    for i in range(weights.shape[0]):
+        w = weights[i]
+        scatter = symmetric3.rotated(R, (w[1], w[2], w[3], w[4], w[5], w[6]))
+        turned[i, 0] = w[0]
+        for a in range(6):
+            turned[i, 1 + a] = scatter[a]
+    return turned
+
+
 @inlined
 def rotated(R: RotationMatrix, m: Moments) -> Moments:
     """Return moments m of the other cloud with the axes of the centre's frame: R s, R S R^T."""

@@ -2,32 +2,60 @@
 
 As of two clouds (`trust.covariance`): at the minimum the pulls of all balls cancel, and how much
 the balls of one region of space pull, on all clouds at once, is a sample of what moves the poses.
+With many clouds there are fewer samples than unknowns: as far as what they tell of directions is
+chance, their scatter is taken to be even, in the metric of the matrix.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Points, Transforms
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_balls import JointBalls
-from idem_ros.core.several.joint_linearization import JointLinearization, linearized_by_group
+from idem_ros.core.several.regions import pulls_of, regions_at, stiffness_along
 from idem_ros.core.several.system import JointSystem, about_middles, moved
-from idem_ros.core.solve.ball_cost import BallCost
+from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.trust.covariance import (
     FLOOR,
     LEAST_CURVATURE,
-    LEAST_REGION,
+    LEVERAGE,
     MOST_CURVATURE,
-    PERIOD,
     REGION,
     STEP,
 )
 
 PROBES = 5
+LEAST_REGION = 5.0  # of the radius: balls of several clouds have more members in common
+SAMPLE = 8000  # centres, about, that the curvature is taken from
 
 if TYPE_CHECKING:
     from idem_ros.core.several.joint_descent import JointCost
+
+
+class _Sample(NamedTuple):
+    """What the regions would move the poses by: G samples of their error."""
+
+    moves: Floats  # (6 F, G): of the free clouds, by each region without which the rest would be
+    gram: Floats  # (G, G): their products by the matrix
+
+    @property
+    def scatter(self) -> float:
+        """The sum of their squares."""
+        return float(np.trace(self.gram))
+
+    @property
+    def chance(self) -> float:
+        """How much of what the samples tell of directions is chance, 0 to 1: Ledoit and Wolf's.
+
+        The intensity to shrink to the matrix's own inverse by: of fewer samples than unknowns
+        some motions would seem to have no error at all.
+        """
+        count, size = len(self.gram), len(self.moves)
+        squares = float((self.gram**2).sum())
+        spread = squares - self.scatter**2 / size
+        noise = float((np.diag(self.gram) ** 2).sum()) - squares / count
+        return float(np.clip(noise / spread, 0.0, 1.0)) if spread > 0.0 else 1.0
 
 
 def nat_at(cost: 'JointCost', poses: Transforms) -> float:
@@ -36,14 +64,12 @@ def nat_at(cost: 'JointCost', poses: Transforms) -> float:
     The covariance of poses is then about the inverse of this times the matrix: so q_tot and
     priors, whose covariance is known, can be added.
     """
-    pulls, _ = _by_region(cost.balls, cost.ball_cost, poses)
     system = cost.system(poses, with_priors=False)
-    each = _of_free(pulls, poses, system)
-    scatter = float(np.sum(each * system.solved(each)))
-    return each.shape[0] / scatter if scatter > 0.0 else 1.0
+    scatter = _sample(cost, poses, system).scatter
+    return len(system.gradient) / scatter if scatter > 0.0 else 1.0
 
 
-def joint_covariance(cost: 'JointCost', poses: Transforms) -> Floats:
+def joint_covariance(cost: 'JointCost', poses: Transforms, trust: TrustTuning) -> Floats:
     """Return the covariance (6 K, 6 K) of the poses of the clouds' frames.
 
     x y z rx ry rz of each, in the common frame's axes, about the frame's own origin; zero for
@@ -52,14 +78,49 @@ def joint_covariance(cost: 'JointCost', poses: Transforms) -> Floats:
     system = cost.system(poses)
     if len(system.free) == 0:
         return np.zeros((6 * len(poses), 6 * len(poses)))
-    pulls, _ = _by_region(cost.balls, cost.ball_cost, poses)
-    moves = system.solved(_of_free(pulls, poses, system))
-    found = moves @ moves.T / _curvature(cost, poses, system, moves) ** 2
-    if cost.known.priors:
-        of_priors = (system.matrix - cost.system(poses, with_priors=False).matrix).toarray()
-        found += system.solved(system.solved(of_priors / cost.nat).T)
+    of_points = cost.system(poses, with_priors=False).matrix if cost.known.priors else None
+    sample = _sample(cost, poses, system)
+    moves, chance = sample.moves, sample.chance
+    even = sample.scatter / len(moves) * _propagated(system, of_points)
+    found = (1.0 - chance) * moves @ moves.T + chance * even
+    found *= (
+        trust.alike
+        * (1.0 if cost.balls.among_voxels else trust.jumps)
+        / _curvature(cost, poses, system, moves) ** 2
+    )
+    if of_points is not None:
+        found += _propagated(system, (system.matrix - of_points) / cost.nat)
     found += np.diag(np.tile(_floor(cost.balls), len(system.free)))
     return _of_frames(found, system, poses, cost.known.origins)
+
+
+def _propagated(system: JointSystem, matrix: Any) -> Floats:
+    """Return H^-1 M H^-1 of a sparse matrix M (6 F, 6 F); None: of H itself."""
+    if matrix is None:
+        return system.solved(np.eye(len(system.gradient)))
+    return system.solved(system.solved(matrix.toarray()).T)
+
+
+def _sample(cost: 'JointCost', poses: Transforms, system: JointSystem) -> _Sample:
+    """Return the jackknife's `_Sample`: how far the rest would move without each region.
+
+    That is the region's own pull over what the matrix is without it, along where it pulls.
+    """
+    balls = cost.balls
+    edge = max(REGION * lever_arm(balls), LEAST_REGION * balls.radius)
+    regions = regions_at(balls, cost.ball_cost, poses, edge)
+    pulls = pulls_of(regions)
+    some = np.flatnonzero(pulls.any(axis=(1, 2)))
+    gradients = _of_free(pulls[some], poses, system)
+    moves = system.solved(gradients)
+    twists = np.zeros_like(pulls)
+    about = about_middles(poses)
+    alone = moves.T.reshape(len(some), -1, 6)
+    twists[np.ix_(some, system.free)] = np.einsum('kij,gkj->gki', about[system.free], alone)
+    along = np.einsum('ig,ig->g', moves, gradients)
+    share = stiffness_along(regions, twists)[some] / np.maximum(along, 1e-300)
+    rest = 1.0 - LEVERAGE * np.clip(share, 0.0, 1.0)
+    return _Sample(moves / rest, (moves / rest).T @ (gradients / rest))
 
 
 def _curvature(cost: 'JointCost', poses: Transforms, system: JointSystem, moves: Floats) -> float:
@@ -69,6 +130,10 @@ def _curvature(cost: 'JointCost', poses: Transforms, system: JointSystem, moves:
     still hold most of their members.
     """
     rng, parts = np.random.default_rng(0), list[float]()
+    sample = cost.sampled(SAMPLE)
+    of_sample = sample.system(poses)
+    if len(of_sample.free) == len(system.free):
+        cost, system = sample, of_sample
     for signs in rng.choice((-1.0, 1.0), (PROBES, moves.shape[1])):
         move = (moves @ signs).reshape(-1, 6)
         arm = np.r_[np.full(3, lever_arm(cost.balls)), np.ones(3)]
@@ -94,15 +159,6 @@ def lever_arm(balls: JointBalls) -> float:
     lengths = np.linalg.norm(balls.points, axis=1)
     squares = [float(part @ part) / len(part) for part in np.split(lengths, ends)]
     return max(float(np.sqrt(np.median(squares))), balls.radius)
-
-
-def _by_region(
-    balls: JointBalls, ball_cost: BallCost, poses: Transforms
-) -> tuple[Floats, JointLinearization]:
-    """Return the gradients (G, K, 6) of the regions of space that hold a ball."""
-    edge = max(REGION * lever_arm(balls), LEAST_REGION * balls.radius)
-    found = linearized_by_group(balls, ball_cost, poses, edge, PERIOD)
-    return found.pulls[found.pulls.any(axis=(1, 2))], found
 
 
 def _of_free(pulls: Floats, poses: Transforms, system: JointSystem) -> Floats:

@@ -4,14 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Transforms
+from idem_ros.core.arrays import (
+    Floats,
+    Integer,
+    Integers32,
+    Points,
+    Rotations,
+    Transforms,
+    Triple,
+)
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.jit import kernel
-from idem_ros.core.metric.candidates import Candidates
+from idem_ros.core.geometry.grid import neighbours, room_for
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import entropy
-from idem_ros.core.metric.moments import plus, row_of
-from idem_ros.core.several.joint_balls import SHARES, JointBalls, Placed
-from idem_ros.core.several.joint_linearization import members_by_cloud
+from idem_ros.core.metric.moments import plus, point_of, rotated, row_of
+from idem_ros.core.several.joint_balls import SHARES, JointBalls, Union, block_spans
 
 
 class JointAgreement(NamedTuple):
@@ -40,15 +47,16 @@ class JointAgreement(NamedTuple):
 
 def agreement_at(balls: JointBalls, poses: Transforms, scale: float) -> JointAgreement:
     """Return the `JointAgreement` at poses (K, 4, 4); lengths are divided by the scale."""
-    lists, placed = balls.placed(poses, counting_once=True)
-    alone = np.zeros((SHARES, balls.count, 2))
+    union = balls.union_at(poses)
+    spans = block_spans(len(union.cloud))
+    alone = np.zeros((len(spans), balls.count, 2))
     paired = np.zeros((SHARES, balls.count, balls.count, 2))
+    R = np.ascontiguousarray(poses[:, :3, :3])
 
     def add(share: int) -> None:
-        """Add the centres of a share to its sums."""
-        for begin, candidates in balls.blocks(lists, share):
-            size = balls.r2, scale
-            _add_differences(placed, candidates, begin, size, alone[share], paired[share])
+        """Add the balls of a share to its sums."""
+        for k in range(share, len(spans), SHARES):
+            _add_differences(union, R, spans[k], (balls.r2, scale), alone[k], paired[share])
 
     in_threads(balls.workers, add, range(SHARES))
     (q, meeting), (q_between, met) = (
@@ -60,32 +68,70 @@ def agreement_at(balls: JointBalls, poses: Transforms, scale: float) -> JointAgr
 
 @kernel
 def _add_differences(
-    placed: Placed,
-    candidates: Candidates,
-    begin: int,
+    union: Union,
+    rotations: Rotations,
+    span: tuple[int, int],
     size: tuple[float, float],
     alone: Floats,
     paired: Floats,
 ) -> None:
     """Add q_i and 1 of the centres that meet another cloud to (K, 2), by pairs to (K, K, 2).
 
-    size: squared radius, and what lengths are divided by.
+    span: of centres; size: squared radius, and what lengths are divided by.
     """
-    (first, member), (r2, scale) = candidates, size
-    moments = np.empty((alone.shape[0], 10))
+    grid, cloud, (r2, scale) = union.grid, union.cloud, size
+    moments = np.zeros((alone.shape[0], 10))
     seen = np.empty(alone.shape[0], np.int32)
-    for k in range(first.shape[0] - 1):
-        i = begin + k
-        n = members_by_cloud(placed, i, (first[k], first[k + 1]), member, r2, moments, seen)
+    found, rows = room_for(grid)
+    for i in range(span[0], span[1]):
+        p, a = point_of(grid.points, i), cloud[i]
+        near = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
+        n = _add_by_cloud(p, grid.points, cloud, a, found[:near], moments, seen)
         if n == 0:
             continue
-        own, a = row_of(placed.own, i), placed.cloud[i]
+        own = rotated(rotations[a], row_of(union.unit, i))
         h, joint = entropy(own, scale), own
-        for q in range(n):
-            b = seen[q]
+        for b in seen[:n]:
             m = row_of(moments, b)
+            moments[b] = 0.0
             joint = plus(joint, m)
             paired[a, b, 0] += entropy(plus(own, m), scale) - h
             paired[a, b, 1] += 1.0
         alone[a, 0] += entropy(joint, scale) - h
         alone[a, 1] += 1.0
+
+
+@inlined
+def _add_by_cloud(
+    p: Triple,
+    points: Points,
+    cloud: Integers32,
+    own: Integer,
+    found: Integers32,
+    moments: Floats,
+    seen: Integers32,
+) -> int:
+    """Add the moments of points found about p to those of their clouds (K, 10), all zero before.
+
+    But of its own cloud. Return of how many clouds there are; seen: filled with these.
+    """
+    n = 0
+    for j in found:
+        b = cloud[j]
+        if b == own:
+            continue
+        row = moments[b]
+        seen[n] = b  # kept only if it is counted
+        n += row[0] == 0.0
+        x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+        row[0] += 1.0
+        row[1] += x
+        row[2] += y
+        row[3] += z
+        row[4] += x * x
+        row[5] += x * y
+        row[6] += x * z
+        row[7] += y * y
+        row[8] += y * z
+        row[9] += z * z
+    return n

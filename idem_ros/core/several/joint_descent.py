@@ -82,6 +82,12 @@ class JointCost:
         cost.nat = self.nat
         return cost
 
+    def sampled(self, most_centres: float) -> 'JointCost':
+        """Return about the same cost, of balls around so many centres."""
+        cost = JointCost(self.balls.thinner(most_centres), self.ball_cost, self.known)
+        cost.nat = self.nat
+        return cost
+
     def _parts(self, found: JointLinearization) -> Integers:
         links = [found.pairs[found.blocks[:, 3] > 0.0]]
         links += [

@@ -32,6 +32,7 @@ from idem_ros.core.metric.candidates import Candidates
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import ball_moments, covariance, plus, point_of, row_of
 from idem_ros.core.several.joint_balls import SHARES, JointBalls, Placed
+from idem_ros.core.several.joint_centres import Centres
 from idem_ros.core.solve.ball_cost import BallCost, balance, with_noise, without_tangential
 from idem_ros.core.solve.linearization import pull_of, turned, turning
 
@@ -55,7 +56,7 @@ def linearized(
     sample: how many centres the matrix is taken from, about.
     """
     lists, placed = balls.placed(poses)
-    stride = max(int(len(lists.order) / sample), 1)
+    stride = max(int(len(lists.centres.place) / sample), 1)
     pulls = np.zeros((SHARES, balls.count, 6))
     blocks = np.zeros((SHARES, len(lists.pairs), BLOCK_SUMS))
     groups = np.zeros(len(lists.order), np.int64)
@@ -63,37 +64,18 @@ def linearized(
     def add(share: int) -> None:
         """Add the centres of a share to its sums."""
         sums = pulls[share][None], blocks[share]
-        for begin, candidates in balls.blocks(lists, share):
-            accumulate(placed, candidates, begin, groups, cost, (lists.pair_of, stride), sums)
+        for some, candidates in balls.blocks(lists, share):
+            accumulate(placed, candidates, some, groups, cost, (lists.pair_of, stride), sums)
 
     in_threads(balls.workers, add, range(SHARES))
     return JointLinearization(pulls.sum(axis=0), lists.pairs, blocks.sum(axis=0))
-
-
-def linearized_by_group(
-    balls: JointBalls, cost: BallCost, poses: Transforms, edge: float, period: int
-) -> JointLinearization:
-    """Return the `JointLinearization` whose gradients (G, K, 6) are of cubes of space.
-
-    Cubes of the given edge, which repeat after `period` along each axis: G = period^3.
-    """
-    lists, placed = balls.placed(poses)
-    place = np.floor(placed.points / edge).astype(np.int64) % period
-    groups = (place[:, 2] * period + place[:, 1]) * period + place[:, 0]
-    pulls = np.zeros((period**3, balls.count, 6))
-    blocks = np.zeros((len(lists.pairs), BLOCK_SUMS))
-    for share in range(SHARES):
-        for begin, candidates in balls.blocks(lists, share):
-            into = (lists.pair_of, 1), (pulls, blocks)
-            accumulate(placed, candidates, begin, groups, cost, *into)
-    return JointLinearization(pulls, lists.pairs, blocks)
 
 
 @kernel
 def accumulate(
     placed: Placed,
     candidates: Candidates,
-    begin: int,
+    centres: Centres,
     group: Integers,
     cost: BallCost,
     matrix: tuple[Integers32, int],
@@ -104,8 +86,8 @@ def accumulate(
     Args:
         placed: all points.
         candidates: of the block's centres.
-        begin: the first of these among all points.
-        group: (N,) which group each centre is in.
+        centres: these.
+        group: (N,) which group each point is in, as a centre.
         cost: `BallCost`; neither valued nor levelled.
         matrix: which pair two clouds are, (K, K), and each which centre it is taken from.
         sums: (G, K, 6) and (E, 21).
@@ -114,20 +96,18 @@ def accumulate(
     first, member = candidates
     moments = np.empty((pulls.shape[1], 10))
     seen = np.empty(pulls.shape[1], np.int32)
-    for k in range(first.shape[0] - 1):
-        i = begin + k
+    i: int
+    for k, i in enumerate(centres.place):
         n = members_by_cloud(placed, i, (first[k], first[k + 1]), member, cost.r2, moments, seen)
         if n == 0:
             continue
-        p, own = point_of(placed.points, i), row_of(placed.own, i)
-        joint = own
-        for q in range(n):
-            joint = plus(joint, row_of(moments, seen[q]))
-        f, w = _weighed(joint, own, cost)
+        (f, w), joint = ball_of(placed, i, cost, seen[:n], moments)
+        f *= centres.weight[k]
         if f > 0.0:
+            p = point_of(placed.points, i)
             _add_pulls(p, joint, (f, w), placed.cloud[i], seen[:n], moments, pulls[group[i]])
-            if i % stride == 0:
-                of_centre = placed.cloud[i], own[0]
+            if k % stride == 0:
+                of_centre = placed.cloud[i], placed.own[i, 0]
                 f *= stride / joint[0]
                 _add_blocks(p, (f, w), of_centre, seen[:n], moments, pair_of, blocks)
 
@@ -161,6 +141,17 @@ def members_by_cloud(
             row[0], row[1], row[2], row[3], row[4] = m[0], m[1], m[2], m[3], m[4]
             row[5], row[6], row[7], row[8], row[9] = m[5], m[6], m[7], m[8], m[9]
     return n
+
+
+@inlined
+def ball_of(
+    placed: Placed, i: Integer, cost: BallCost, seen: Integers32, moments: Floats
+) -> tuple[tuple[float, Symmetric], Moments]:
+    """Return rho / N and W of a ball, 0.0 where it has no entropy, and its joint moments."""
+    joint = own = row_of(placed.own, i)
+    for b in seen:
+        joint = plus(joint, row_of(moments, b))
+    return _weighed(joint, own, cost), joint
 
 
 @inlined

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Point, Transforms
-from idem_ros.core.blocks import OutOfTime, Workers, in_threads
-from idem_ros.core.config import AUTO, RegistrationConfig
+from idem_ros.core.blocks import OutOfTime, Workers
+from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.entropy import length_unit
@@ -45,6 +45,8 @@ from idem_ros.core.several.problem import (
 from idem_ros.core.solve.newton import Criteria, Termination
 from idem_ros.core.solve.pair import LEAST_POINTS
 from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
+
+COARSE_CENTRES = 10_000  # balls, about, of the stages before the last, which only lead to it
 
 
 def register_all(
@@ -84,10 +86,8 @@ def register_all(
     problem = checked_problem(clouds, poses, held, priors, Workers(config.threads))
     if problem.is_a_pair:
         return pair_outcome(problem, config, tuning, trust)
+    config = with_voxel_size(config, *problem.clouds)
     try:
-        if config.voxel_size == AUTO:
-            in_threads(workers, lambda cloud: cloud.voxel_fit(), problem.clouds)
-        config = with_voxel_size(config, *problem.clouds)
         prepared = _prepared(problem, config, tuning, workers)
         if not prepared.stages:
             return unsolved(problem, config, prepared.sizes)
@@ -191,9 +191,9 @@ def _minimized(
 def _cost(prepared: _Prepared, stage: JointStage) -> JointCost:
     config, tuning, workers = prepared.config, prepared.tuning, prepared.workers
     clouds = clouds_of_stage(prepared.reduced, stage, tuning, workers)
-    among_voxels = all(cloud.is_reduced for cloud in clouds)
-    balls = JointBalls(clouds, stage.radius, workers)
-    return JointCost(balls, joint_cost(stage, config, tuning, among_voxels), prepared.known)
+    most = np.inf if stage.is_last else COARSE_CENTRES
+    balls = JointBalls(clouds, stage.radius, workers, most_centres=most)
+    return JointCost(balls, joint_cost(stage, config, tuning, balls.among_voxels), prepared.known)
 
 
 def _criteria(prepared: _Prepared, stage: JointStage) -> Criteria:
@@ -224,7 +224,7 @@ def _judged(
         agreement = agreement_at(cost.balls, end, scale)
         found = found._replace(agreement=agreement, edges=edges_of(agreement))
         if config.assessment != 'none':
-            covariance = joint_covariance(cost.with_fixed(gauge.fixed), end)
+            covariance = joint_covariance(cost.with_fixed(gauge.fixed), end, trust)
             audit = Audit(poses, config, trust, cost.balls.workers)
             edges = judged(found.edges, some.clouds, audit)
             verdicts = verdicts_of(edges, some.clouds, gauge.fixed, found.radius, audit)

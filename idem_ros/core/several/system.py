@@ -81,12 +81,11 @@ def system_of(
     gradient = np.einsum('kji,kj->ki', about, linearization.pulls)
     a, b = linearization.pairs.T
     blocks = linearization.blocks[:, _PLACES]
-    rows = [(a, a, about[a], about[a], blocks), (b, b, about[b], about[b], blocks)]
-    rows += [(a, b, about[a], about[b], -blocks), (b, a, about[b], about[a], -blocks)]
-    entries = [
-        (i, j, np.einsum('eji,ejk,ekl->eil', left, block, right))
-        for i, j, left, right, block in rows
-    ]
+    of_a, of_b = blocks @ about[a], blocks @ about[b]
+    back_a, back_b = np.swapaxes(about[a], 1, 2), np.swapaxes(about[b], 1, 2)
+    both = back_a @ of_b
+    entries = [(a, a, back_a @ of_a), (b, b, back_b @ of_b)]
+    entries += [(a, b, -both), (b, a, -np.swapaxes(both, 1, 2))]
     entries += _add_priors(*prior, poses, gradient)
     free = np.flatnonzero(~fixed)
     place = np.full(len(poses), -1)

@@ -11,6 +11,7 @@ from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.several.joint_agreement import agreement_at
 from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.several.joint_linearization import linearized
+from idem_ros.core.several.regions import PERIOD, pulls_of, regions_at, stiffness_along
 from idem_ros.core.several.system import system_of
 from idem_ros.core.solve.ball_cost import BallCost
 
@@ -99,3 +100,37 @@ def test_lists_too_long_to_keep_give_the_same(scene):
     kept = linearized(JointBalls(clouds, RADIUS), cost(True), poses)
     anew = linearized(JointBalls(clouds, RADIUS, most_kept=16), cost(True), poses)
     np.testing.assert_array_equal(kept.pulls, anew.pulls)
+
+
+def test_balls_left_out_where_many_clouds_overlap_are_stood_for_by_the_others(rng):
+    clouds = [Cloud(surface(rng, 500, 0.01)) for _ in range(12)]
+    poses = np.array([motion(rng, 2, 0.02) for _ in clouds])
+    all_of_them, thinned = (
+        linearized(JointBalls(clouds, RADIUS, most_centres=most), cost(True), poses)
+        for most in (None, math.inf)
+    )
+    lists = JointBalls(clouds, RADIUS, most_centres=math.inf).lists(poses)
+    assert len(lists.centres.place) < 0.5 * 6000
+    assert lists.centres.weight.sum() == pytest.approx(6000, rel=0.1)
+    whole = np.linalg.norm(all_of_them.blocks)
+    assert np.linalg.norm(thinned.blocks - all_of_them.blocks) < 0.1 * whole
+    np.testing.assert_allclose(
+        thinned.pulls.sum(axis=0), 0.0, atol=1e-9 * np.abs(thinned.pulls).max()
+    )
+
+
+def test_what_regions_hold_along_a_common_motion_is_nothing_and_along_one_is_the_matrix(scene):
+    clouds, poses = scene
+    balls, ball_cost = JointBalls(clouds, RADIUS), cost(True)
+    regions = regions_at(balls, ball_cost, poses, 0.7)
+    twists = np.tile(np.r_[0.1, -0.2, 0.3, 1.0, 2.0, -1.0], (PERIOD**3, len(clouds), 1))
+    np.testing.assert_allclose(stiffness_along(regions, twists), 0.0, atol=1e-6)
+    twists[:, 1:] = 0.0
+    found = linearized(balls, ball_cost, poses)
+    np.testing.assert_allclose(pulls_of(regions).sum(axis=0), found.pulls, rtol=1e-9)
+    fixed = np.arange(len(clouds)) > 0
+    system = system_of(found, poses, fixed)
+    about_middle = twists[0, 0].copy()
+    about_middle[3:] += np.cross(about_middle[:3], poses[0, :3, 3])
+    wanted = about_middle @ (system.matrix @ about_middle)
+    assert stiffness_along(regions, twists).sum() == pytest.approx(wanted, rel=1e-9)
