@@ -5,6 +5,7 @@ end, and by the pattern of the sensor. So they are gone through without it.
 """
 
 from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -31,9 +32,10 @@ RULED = 6.0  # votes of the pattern over the surfaces': 10 to 30 where it locks,
 LOCKED, MANY = 0.3, 0.5
 
 
-def held_to_guess(
-    pair: Pair, T_guess: Transform, descent: Descent
-) -> tuple[Descent, Observability | None]:
+Found: TypeAlias = tuple[Descent, Observability | None]  # where one ended; None: it was late
+
+
+def held_to_guess(pair: Pair, T_guess: Transform, descent: Descent) -> Found:
     """Return a `Descent` along which motions that nothing holds are as guessed, and what it sees.
 
     Args:
@@ -52,7 +54,9 @@ def held_to_guess(
     k, way = weak
     if _is_firm(seen, k) and not _is_doubtful(pair, descent, way):
         return descent, seen
-    return _slid(pair, T_guess, seen.motions[:, np.arange(6) != k], way)
+    others = seen.motions[:, np.arange(6) != k]
+    tries = [_slid(each, T_guess, others, way) for each in _as_it_may_move(pair, descent)]
+    return tries[0] if len(tries) == 1 else max(tries, key=lambda each: _votes(pair, each, way))
 
 
 def seen_there(pair: Pair, descent: Descent) -> Observability:
@@ -78,6 +82,17 @@ def _seen_from(pair: Pair, descent: Descent) -> Observability:
 def _where(pair: Pair, descent: Descent) -> Pair:
     """Return the pair with what of it is at the end of a descent."""
     return pair.moved_by(descent.sweep).around(descent.solution.transform)
+
+
+def _as_it_may_move(pair: Pair, descent: Descent) -> list[Pair]:
+    """Return the pair; and, where nothing was known of its sweep's motion, as a descent found it.
+
+    A smear along a way hides what lies across it; what little holds the way may mislead.
+    """
+    sweep, found = pair.sweep, descent.sweep
+    if sweep is None or found is None or not sweep.is_solved or sweep.given is not None:
+        return [pair]
+    return [pair, pair._replace(sweep=sweep._replace(twist=found.twist))]
 
 
 def _weak_direction(seen: Observability) -> tuple[int, Point] | None:
@@ -109,9 +124,7 @@ def _is_doubtful(pair: Pair, descent: Descent, way: Point) -> bool:
     return is_locked(0.0) or (slide.is_clear() and abs(slide.way) > balls.radius)
 
 
-def _slid(
-    pair: Pair, T_guess: Transform, others: Twists, way: Point
-) -> tuple[Descent, Observability | None]:
+def _slid(pair: Pair, T_guess: Transform, others: Twists, way: Point) -> Found:
     """Return the `Descent` to where what lies across a way coincides; else with it as guessed.
 
     others: (6, 5), the motions but for that one.
@@ -133,6 +146,14 @@ def _slid(
             if confirmed is not None:
                 return settled, confirmed
     return kept, _seen_from(pair, kept).without(way)
+
+
+def _votes(pair: Pair, found: Found, way: Point) -> float:
+    """Return how much coincides across a way that is held, where a descent ended."""
+    descent, seen = found
+    if seen is None or not seen.observable[seen.most_along(way)]:
+        return 0.0
+    return _slides(pair, descent, way)[0].votes
 
 
 def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[float], bool]]:

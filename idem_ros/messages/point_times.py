@@ -31,6 +31,7 @@ USUAL_UNIT = {
 }
 STAMP_AT = {'begin': 0.0, 'middle': -0.5, 'end': -1.0}  # where a sweep begins, in sweeps
 SHORTEST, LONGEST = 0.008, 1.0  # [s] of a sweep; in two units at once none lasts so long
+LONG = 0.5  # [s] of a sweep: one that is seen in so long, and not in half of it, is none
 PLAUSIBLE = 60.0  # [s] up to there a unit that is usual is meant, and the cloud is no sweep
 REACH = 0.5  # of a sweep: how far from it its stamp may be
 LEAP = 0.5  # of all that they span: times with such a gap roll over, or are of two sweeps
@@ -120,6 +121,8 @@ def _times_of(values, name, points, stamp, rule):
             'they roll over, or are of two sweeps' if _leaps(values) else 'no sweep lasts so long'
         )
         raise NoTimes(f'they last {span:.3g} s in {unit}: {why}')
+    if span > LONG and _leaps(values):
+        raise NoTimes(f'they leap within {span:.3g} s: they roll over, or are of two sweeps')
     begin, since = _begin(low * NANOSECONDS[unit], span, stamp, rule)
     times = _from_low(values, values.min()) * (NANOSECONDS[unit] / 1e9) + begin
     require_order(times, span, points)

@@ -6,7 +6,6 @@ from idem_ros.core import IdemError
 from idem_ros.node.adapter import NAME
 from idem_ros.node.dead_ports import domain_of, no_dead_ports
 from idem_ros.node.live_registration import LiveRegistration
-from idem_ros.terminal.printable import counted
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -45,7 +44,7 @@ class LifecycleRegistrationNode(LifecycleNode):
         before = self.registration.dropped
         self.registration.stop()
         if dropped := self.registration.dropped - before:
-            self.get_logger().info(f'deactivated: dropped {counted(dropped, "waiting source")}')
+            self.get_logger().info(f'deactivated: {dropped} sources that waited are dropped')
         return SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:

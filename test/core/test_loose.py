@@ -1,11 +1,13 @@
 """Tunnels: a LiDAR's rings hold nothing along them, niches and posts do, however few they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from idem_ros.core import RegistrationConfig, Verdict, register
+from idem_ros.core import Cloud, RegistrationConfig, Verdict, register
 from idem_ros.core.geometry import se3
-from idem_ros.simulation.lidar import Lidar, scan
+from idem_ros.simulation.lidar import Lidar, moving_scan, scan
 from idem_ros.simulation.scene import Scene, box
 
 WIDE, HIGH = 4.5, 4.0
@@ -57,6 +59,22 @@ def test_from_afar_niches_that_fall_on_others_are_not_believed(off):
     result = register(*scans(tunnel([-14.0, -5.0, 7.0, 12.5]), 32), T_far, CONFIG)
     is_right = abs(result.T_target_source[0, 3] - MOTION) < 0.1
     assert is_right or result.assessment.verdict is not Verdict.ALIGNED
+
+
+def test_of_a_sweep_through_niches_pose_and_speed_are_found_from_no_motion():
+    rng, lidar = np.random.default_rng(32), Lidar(rings=32, azimuth_steps=900)
+    scene, places = tunnel([-14.0, -5.0, 7.0, 12.5]), [(0.0, 0.2, 1.6), (MOTION, 0.2, 1.6)]
+    before, begin = (se3.translation(place) for place in places)
+    twist = np.array([10.0, 0.0, 0.0, 0.0, 0.0, 1.57])
+    target = scan(scene, before, lidar, rng)
+    points, times = moving_scan(scene, begin, twist, 0.1, lidar, rng)
+    truth = se3.inverse(before) @ begin @ se3.exp(times.max() / 2 * twist[[3, 4, 5, 0, 1, 2]])
+    guess = truth @ se3.translation([0.2, 0.05, 0.05])
+    config = replace(CONFIG, motion='solve', motion_reference='middle')
+    result = register(target, Cloud(points, times), guess, config)
+    assert result.assessment.verdict is Verdict.ALIGNED
+    np.testing.assert_allclose(result.T_target_source[:3, 3], truth[:3, 3], atol=0.03)
+    assert result.twist[0] == pytest.approx(10.0, abs=1.5)
 
 
 def test_a_pose_at_which_only_the_rings_coincide_is_audited_as_free():

@@ -56,6 +56,8 @@ def test_the_times_of_every_driver_are_seconds_from_the_stamp(sensor, order):
         ('time', lambda t: np.random.default_rng(1).permutation(t), 'in no order'),
         ('t', lambda t: ((t - 0.05) * 1e9).astype('i8').astype('u4'), 'roll over'),
         ('timestamp', lambda t: (t + 86399.95) % 86400.0, 'roll over'),
+        ('time', lambda t: (t + 0.95) % 1.0, 'roll over'),
+        ('t', lambda t: ((t + 0.95) * 1e9 % 1e9).astype('u4'), 'roll over'),
         ('t', lambda t: (40.0 * t).astype('u1'), 'is no sweep of'),
         ('time', lambda t: 1e-6 * t, 'is no sweep of'),
         ('time', lambda t: t.astype(str), 'type'),

@@ -5,20 +5,20 @@ from node_bench import guess_message, values_of
 # isort: split
 import numpy as np
 from sensor_msgs.msg import PointCloud2
-from sweeps import FRAMES, PERIOD, START, TWIST, driven, map_message, sweep_message
+from sweeps import FRAMES, PERIOD, SPOILT, START, TWIST, driven, map_message, sweep_message
 
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.node.messages import cloud_message
-from idem_ros.refinement.point_time_config import PointTimeConfig
 
 STAMP = START + 3 * PERIOD
 
 
 def live(recorded):
     """The same PointCloud2 in rclpy's class."""
-    read = read_points(recorded, PointTimeConfig())
-    columns = None if read.times.times is None else {'time': read.times.times}
+    read, names = read_points(recorded), [field.name for field in recorded.fields]
+    packed = np.frombuffer(recorded.data, np.float32).reshape(-1, len(names))
+    columns = {'time': packed[:, names.index('time')]} if 'time' in names else None
     stamp, frame = stamp_ns(recorded), recorded.header.frame_id
     return cloud_message(read.points, stamp, frame, columns=columns)
 
@@ -45,3 +45,32 @@ def test_the_undone_cloud_goes_out_and_the_diagnostics_tell_the_motion(bench, rn
     assert values['motion'] == 'undone'
     np.testing.assert_allclose([float(v) for v in values['twist'].split()], TWIST, atol=1e-3)
     assert 'source: field time (float32) in s' in values['point_times']
+
+
+def test_sources_whose_times_cannot_be_used_are_answered_as_they_are(bench, rng):
+    b = bench(motion='guess', voxel_size=0.08).start()
+    b.target.publish(live(map_message(rng)))
+    for k, how in enumerate(SPOILT, start=1):
+        stamp = STAMP + 3 * k * PERIOD
+        for at in (stamp, stamp + PERIOD):
+            b.guess.publish(guess_message(driven((at - START) / 1e9 % 1.0), at, *FRAMES))
+        source = sweep_message(rng, lambda t: driven(t % 1.0), stamp, timed=how, count=1500)
+        b.source.publish(live(source))
+        b.until(lambda k=k: len(b.statuses('converged')) == k)
+    assert len(b.received['transform']) == len(SPOILT)
+    told = [values_of(status) for status in b.statuses('converged')]
+    assert [each['motion'] for each in told] == ['none'] * len(SPOILT)
+    for how, each in zip(SPOILT, told, strict=True):
+        assert SPOILT[how][1] in each['point_times'], how
+
+
+def test_a_source_whose_guesses_do_not_cover_its_sweep_is_refused_and_the_gap_is_named(bench, rng):
+    b = bench(motion='guess', voxel_size=0.08).start()
+    b.target.publish(live(map_message(rng)))
+    for at in (STAMP - PERIOD, STAMP):
+        b.guess.publish(guess_message(driven((at - START) / 1e9), at, *FRAMES))
+    b.source.publish(live(sweep_message(rng, driven, STAMP, duration=0.4)))
+    for k in (1, 2):  # it waits until the second source after it
+        b.source.publish(live(sweep_message(rng, driven, STAMP + k * PERIOD)))
+    b.until(lambda: b.statuses('refused'))
+    assert 'end before the sweep does, by 0.4 s' in b.statuses('refused')[0].message

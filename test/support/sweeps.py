@@ -39,10 +39,25 @@ def points_of_sweep(rng, path, stamp, begin=0.0, duration=SWEEP, count=2500):
     return np.array(seen), times
 
 
+SPOILT = {  # what becomes of the times of a sweep, and what is said of it
+    'constant': (lambda t: 0.0 * t, 'are the same'),
+    'not finite': (lambda t: np.where(t > 0.05, np.nan, t), 'are not finite'),
+    'unsorted': (lambda t: np.random.default_rng(1).permutation(t), 'in no order'),
+    'of another sweep': (lambda t: t + 5.0, 'of another sweep'),
+    'rolling over': (lambda t: (t + 0.95) % 1.0, 'roll over'),
+    'longer than a second': (lambda t: 20.0 * t, 'no sweep lasts so long'),
+    'missing': (None, 'no field of times'),
+}
+
+
 def sweep_message(rng, path, stamp, frame=FRAMES[1], timed=True, **sweep):
-    """A PointCloud2 of a sweep; without `timed` nobody says when its points were measured."""
+    """A PointCloud2 of a sweep; without `timed` nobody says when its points were measured.
+
+    timed: may be the name of one of `SPOILT`, too.
+    """
     points, times = points_of_sweep(rng, path, stamp, **sweep)
-    columns = {'time': times} if timed else None
+    spoilt = SPOILT[timed][0] if isinstance(timed, str) else (lambda t: t) if timed else None
+    columns = None if spoilt is None else {'time': spoilt(times)}
     return cloud_message(points, stamp, frame, columns=columns)
 
 
