@@ -1,4 +1,4 @@
-"""Spoilt recordings, results and parameters, thousands of each: `make fuzz`.
+"""Spoilt recordings, results, parameters, maps, poses and more, thousands of each: `make fuzz`.
 
 Each case is one command of `idem` in a forked process. It must end by itself with exit code 0, 1
 or 2 and at most one line of error, within 10 s of work and 2 GB; else this ends with 1.
@@ -19,14 +19,26 @@ sys.path.insert(0, str(ROOT / 'test' / 'support'))
 import children  # noqa: E402
 import numpy as np  # noqa: E402
 from recordings import scans  # noqa: E402
+from spoilt_capsules import Capsules  # noqa: E402
+from spoilt_maps import Maps  # noqa: E402
 from spoilt_parameters import Parameters  # noqa: E402
+from spoilt_poses import Poses  # noqa: E402
 from spoilt_recordings import Recordings  # noqa: E402
 from spoilt_results import Results  # noqa: E402
+from spoilt_sweeps import Sweeps  # noqa: E402
 
 from idem_ros.commands.main import main as idem  # noqa: E402
 from idem_ros.recording.writer import write_mcap  # noqa: E402
 
-KINDS = {'recordings': Recordings, 'results': Results, 'parameters': Parameters}
+KINDS = {
+    'recordings': Recordings,
+    'results': Results,
+    'parameters': Parameters,
+    'maps': Maps,
+    'poses': Poses,
+    'sweeps': Sweeps,
+    'capsules': Capsules,
+}
 FULL = 10_000
 SHOWN = 20
 

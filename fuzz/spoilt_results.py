@@ -1,4 +1,4 @@
-"""Results of replays, spoilt, before the four commands that read them."""
+"""Results of replays, spoilt, before the five commands that read them."""
 
 import json
 from pathlib import Path
@@ -19,8 +19,9 @@ COMMANDS = {
     'table': ['compare', 'RESULT', 'result.json'],
     'again': ['replay', '--again', 'RESULT'],
     'report': ['report', 'RESULT', '--out', 'report'],
+    'show': ['show', 'RESULT', '--out', 'page.html'],
 }
-SHARES = ['gate'] * 40 + ['compare'] * 20 + ['table'] * 20 + ['again'] * 19 + ['report']
+SHARES = ['gate'] * 40 + ['compare'] * 20 + ['table'] * 20 + ['again'] * 18 + ['report', 'show']
 
 
 class Results:

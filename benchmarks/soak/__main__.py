@@ -30,11 +30,13 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         '--only',
         metavar='PART',
-        help='long_run, fast_run, moving_run, overload or killed; default: all',
+        help='long_run, fast_run, moving_run, overload or killed (default: these), or flood: '
+        'an hour of guesses, garbage, a clock that jumps and a second node of the same name',
     )
     parser.add_argument(
         '--kills', type=int, help='how often the node is killed (default: 10); 200 take 15 minutes'
     )
+    parser.add_argument('--seconds', type=float, help='how long the flood lasts (default: 3600)')
     args = parser.parse_args(argv)
     for signum in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(signum, _end)  # an exception, so that the processes end with their blocks
@@ -51,14 +53,18 @@ def main(argv: list[str] | None = None) -> int:
 def _soak(args: argparse.Namespace) -> int:
     from benchmarks.goal import goals_table
     from benchmarks.soak.children import SoakFailed
+    from benchmarks.soak.flood import flood
     from benchmarks.soak.parts import PARTS, QUICK, Size
 
     size, goals = QUICK if args.quick else Size(), []
     if args.kills is not None:
         size = replace(size, kills=args.kills)
-    if args.only not in (None, *PARTS):
-        raise SoakFailed(f'--only {args.only}: there is no such part; {", ".join(PARTS)}')
-    for run in PARTS.values() if args.only is None else (PARTS[args.only],):
+    if args.seconds is not None:
+        size = replace(size, flood_s=args.seconds)
+    parts = {**PARTS, 'flood': flood}
+    if args.only not in (None, *parts):
+        raise SoakFailed(f'--only {args.only}: there is no such part; {", ".join(parts)}')
+    for run in PARTS.values() if args.only is None else (parts[args.only],):
         part = run(size)
         goals += part.goals
         lines = [f'## {part.title}', '', *(f'- {note}' for note in part.notes)]

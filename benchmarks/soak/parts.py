@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -45,10 +46,11 @@ class Size:
     overload_s: float = 30.0
     before_kill_s: float = 3.0
     kills: int = 10
+    flood_s: float = 3600.0
     is_judged_by_the_clock: bool = True
 
 
-QUICK = Size(6_000, 12_000, 3.0, 3.0, 3.0, 3.0, 1.0, 2, is_judged_by_the_clock=False)
+QUICK = Size(6_000, 12_000, 3.0, 3.0, 3.0, 3.0, 1.0, 2, 3.0, is_judged_by_the_clock=False)
 
 
 @dataclass
@@ -70,7 +72,7 @@ class Part:
 def long_run(size: Size) -> Part:
     """Clouds on both topics at 10 Hz for minutes: latency, completeness, footprint."""
     part = Part(f'{size.points} points on both topics at {RATE:g} Hz for {size.long_s:g} s')
-    played, samples = _run(part, size.points, RATE, size.long_s)
+    played, samples = run_a_node(part, size.points, RATE, size.long_s)
     part.goals += _counted(played)
     never = len(played.published) - int(played.load['received'])
     part.goals.append(Goal('sources that never arrived', never, 0))
@@ -85,7 +87,7 @@ def fast_run(size: Size) -> Part:
     """Larger clouds at twice the rate: latency and completeness."""
     points, rate = size.fast_points, FAST_RATE
     part = Part(f'{points} points on both topics at {rate:g} Hz for {size.fast_s:g} s')
-    played, _ = _run(part, points, rate, size.fast_s)
+    played, _ = run_a_node(part, points, rate, size.fast_s)
     part.goals += _counted(played)
     _hold_latency(part, size, played, FAST_LATENCY_MS)
     return part
@@ -94,7 +96,7 @@ def fast_run(size: Size) -> Part:
 def moving_run(size: Size) -> Part:
     """Sweeps of a fast drive at 10 Hz, their motion solved for: latency and completeness."""
     part = Part(f'{size.points} points on both topics at {RATE:g} Hz, motion: solve')
-    played, _ = _run(part, size.points, RATE, size.moving_s, {'motion': 'solve'})
+    played, _ = run_a_node(part, size.points, RATE, size.moving_s, {'motion': 'solve'})
     part.goals += _counted(played)
     left = len(played.answered) - played.undone
     part.goals.append(Goal('answers whose motion is not told', left, 0))
@@ -106,7 +108,7 @@ def overload(size: Size) -> Part:
     """Five times what the node can take: the newest wins, and every source is counted."""
     rate = OVERLOAD_RATE
     part = Part(f'{size.points} points on both topics at {rate:g} Hz for {size.overload_s:g} s')
-    played, _ = _run(part, size.points, rate, size.overload_s)
+    played, _ = run_a_node(part, size.points, rate, size.overload_s)
     part.goals += _counted(played)
     answered = list(played.answered)
     out_of_order = int((np.diff(answered) <= 0).sum())
@@ -163,16 +165,17 @@ def _hold_restarts(
     part.hold_by_the_clock(size, goal)
 
 
-def _run(
-    part: Part, points: int, rate: float, seconds: float, motion: dict[str, str] | None = None
+def run_a_node(
+    part: Part, points: int, rate: float, seconds: float, more: dict[str, Any] | None = None
 ) -> tuple[Played, list[Sample]]:
     """Play to a node of its own; return what was played and samples of the node.
 
-    motion: parameters of a node that undoes it; None: clouds of a sensor that stood still.
+    more: parameters of the node; with `motion` the clouds are of a sensor that moves.
     """
+    more = more or {}
     with (
-        started(node_command({**PARAMETERS, **(motion or {})})) as node,
-        started_player(rate, seconds, points, motion is not None) as player,
+        started(node_command({**PARAMETERS, **more})) as node,
+        started_player(rate, seconds, points, 'motion' in more) as player,
     ):
         footprints = {'node': Footprint(node.pid), 'player': Footprint(player.pid)}
 
@@ -203,9 +206,14 @@ def _counted(played: Played) -> list[Goal]:
     ]
 
 
-def _hold_latency(part: Part, size: Size, played: Played, at_most: float) -> None:
+def latencies(played: Played) -> list[float]:
+    """Return how long the answer to each source took [ms]."""
     known = [stamp for stamp in played.answered if stamp in played.published]
-    ms = [(played.answered[stamp] - played.published[stamp]) / 1e6 for stamp in known]
+    return [(played.answered[stamp] - played.published[stamp]) / 1e6 for stamp in known]
+
+
+def _hold_latency(part: Part, size: Size, played: Played, at_most: float) -> None:
+    ms = latencies(played)
     part.notes.append(f'latency: median {np.median(ms):.1f} ms, most {max(ms):.1f} ms')
     p99 = float(np.percentile(ms, 99))
     goal = Goal('p99 from publication to transform', p99, at_most, 'ms')

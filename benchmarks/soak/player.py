@@ -116,7 +116,7 @@ class SoakPlayer:
         return bool(self.played.load) and self.played.unsettled == 0
 
     def _on_transform(self, message: TransformStamped) -> None:
-        self.played.answered[stamp_ns(message)] = time.monotonic_ns()
+        self.played.answered.setdefault(stamp_ns(message), time.monotonic_ns())
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -11,7 +11,7 @@ from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.pairing.trail import WINDOW
 
-KEPT = 256
+KEPT = 4096  # four seconds at 1 kHz
 
 
 class DoubtfulGuess(IdemError):

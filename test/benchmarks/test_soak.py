@@ -16,9 +16,11 @@ from benchmarks.goal import Goal
 from benchmarks.soak import __main__ as soak
 from benchmarks.soak import parts
 from benchmarks.soak.children import PLAYER, SoakFailed, played_by, started
+from benchmarks.soak.flooder import garbage
 from benchmarks.soak.footprint import Footprint, Sample
 from benchmarks.soak.player import Played
 from benchmarks.soak.stream import moving_stream, street_stream
+from idem_ros.core import InvalidCloud
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
@@ -135,3 +137,11 @@ def test_player_that_fails_or_does_not_end_is_reported(seconds):
     ):
         played_by(player, patience=0.0 if seconds != '0' else LONG)
     assert player.returncode is not None
+
+
+def test_what_floods_the_targets_is_refused_and_what_floods_the_sources_is_no_good(rng):
+    of_source, of_target = garbage(rng)
+    for cdr in of_target:
+        with pytest.raises(InvalidCloud):
+            read_points(typestore().deserialize_cdr(cdr, CLOUD))
+    assert len(of_source) > len(of_target)
