@@ -27,9 +27,9 @@ REACH = 2.0  # of the first radius: a guess is not taken to be farther off
 SETTLED = 0.5  # of the radius: how far the last stage may go on from where surfaces coincide
 ALL_SHEETS = 0.9  # of the balls: the others are too few lines to be a pattern
 RULED = 6.0  # votes of the pattern over the surfaces': 10 to 30 where it locks, else to 3
-# A way so near, of the radius, to one for which the pattern has so many of its most votes is the
-# pattern's: rings and columns coincide in many places.
-LOCKED, MANY = 0.3, 0.5
+# A way so near, of the radius, to one for which the pattern's votes rise by so much of what they
+# rise at most is the pattern's: rings and columns coincide in many places.
+LOCKED, RISEN = 0.3, 0.5
 
 
 Found: TypeAlias = tuple[Descent, Observability | None]  # where one ended; None: it was late
@@ -171,5 +171,6 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
         for side, cloud in enumerate(balls.clouds)
     )
     pattern, near = slide_along(lines, source_lines, *place), LOCKED * balls.radius
+    around = REACH * pair.stages[0].radius
     rules = pattern.votes >= MANY_VOTES and pattern.votes > RULED * slide.votes
-    return slide, lambda way: rules and pattern.near(way, near) >= MANY * pattern.votes
+    return slide, lambda way: rules and pattern.rises(way, near, around) >= RISEN

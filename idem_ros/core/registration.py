@@ -48,7 +48,6 @@ from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.prior import Guess, information_of_guess
 from idem_ros.core.trust.scope import judged_in_scope
-from idem_ros.core.trust.smear import said_of_smear
 from idem_ros.core.trust.verdict import Assessment
 
 GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
@@ -196,8 +195,6 @@ def _judged(
     T_guess = guess.transform
     said = assess(pair, given, descent, T_guess, agreement, observability)
     said = judged_in_scope(said, *given, cost.balls, agreement, T)
-    if descent.moving is None:
-        said = said_of_smear(said, cost, T, pair.source.origin, observability)
     if pair.config.assessment == 'swap':
         said = replace(said, swap_gap=_swap_gap(pair, T_guess, T, observability))
     result = replace(result, assessment=said)

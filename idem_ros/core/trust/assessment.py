@@ -25,6 +25,7 @@ from idem_ros.core.trust.covariance import by_region, covariance_of, of_model
 from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariance_in_motion
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance, to_pose
+from idem_ros.core.trust.residuals import told_by_residuals
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, NOTHING_KNOWN, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
@@ -79,7 +80,7 @@ def assess(
     balls, trust = cost.balls, pair.trust
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
-    total, both = _pull_and_covariance(pair, descent, observability)
+    total, both, told = _pull_and_covariance(pair, descent, observability)
     covariance = both[:6, :6]
     discord, near_discord = _discord(balls, agreement, T)
     seen = _Seen(
@@ -93,8 +94,11 @@ def assess(
     free = free_in_words(observability, T[:3, :3])
     position = T[:3, 3] - T[:3, :3] @ pair.source.origin
     more, unknown = of_model(pair.config.model_error), NOTHING_KNOWN * np.eye(6)
+    verdict, p, reason = _verdict(p, seen, lacking, free, descent)
     said = Assessment(
-        *_verdict(p, seen, lacking, free, descent),
+        verdict,
+        p,
+        f'{reason}; {told}' if told else reason,
         free=free,
         covariance=unknown if lacking else pose_covariance(covariance, position) + more,
         basin=_basin(descent, balls, T_guess),
@@ -114,18 +118,25 @@ def assess(
 
 def _pull_and_covariance(
     pair: Pair, descent: Descent, observability: Observability
-) -> tuple[Linearization, Floats]:
-    """Return gradient and matrix, and the covariance, (6, 6); (12, 12) with a twist solved."""
+) -> tuple[Linearization, Floats, str]:
+    """Return gradient and matrix, the covariance, and what residuals tell.
+
+    The covariance is (6, 6), or (12, 12) with a twist solved.
+    """
     cost, T = descent.cost, descent.solution.transform
     assert cost is not None, 'a pose is judged by its cost'
     more = pair.trust.alike * (pair.trust.jumps if pair.sampling.jumps else 1.0)
     if descent.moving is None:
-        pulls, stiffness = by_region(cost, T, observability)
+        found = by_region(cost, T, observability)
+        pulls, stiffness, _ = found
         covariance = covariance_of(cost, T, observability, pulls, stiffness)
-        return Linearization(pulls.sum(axis=0), stiffness.sum(axis=0)), more * covariance
+        held, radius = observability.held, cost.balls.radius
+        told = told_by_residuals(found, T, pair.source.origin, held, radius)
+        total = Linearization(pulls.sum(axis=0), stiffness.sum(axis=0))
+        return total, more * covariance, told
     regions = by_region_in_motion(descent.moving, cost, T, observability)
     both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
-    return of_common_twist(regions), more * both
+    return of_common_twist(regions), more * both, ''
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:

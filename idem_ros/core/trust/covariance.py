@@ -6,7 +6,7 @@ are wide, because neighbours err alike: they share points, rings of a scan and t
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from idem_ros.core.trust.observability import Observability
 # Edge of the cubes that err together: of the lever arm, and of the radius at least.
 REGION, LEAST_REGION = 0.27, 3.0
 PERIOD = 8  # regions along each axis, after which they repeat: a power of two
+WHOLE = 16  # likewise, so many that hardly any scene has more
 SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
@@ -32,23 +33,39 @@ LEVERAGE = 0.95  # most of a motion's stiffness that one region may have: a fini
 FLOOR = 1e-4  # of the radius: where the solver stops
 
 
+class Regions(NamedTuple):
+    """What is linearised of the balls in each of G regions."""
+
+    pulls: Floats  # (G, 6): gradients
+    stiffness: Floats  # (G, 6, 6): Gauss-Newton matrices
+    places: Points  # (G, 3): the mean of the centres, in the frame at the target's origin
+
+
 def by_region(
     cost: JointEntropy, T_target_source: Transform, observability: Observability
-) -> tuple[Floats, Floats]:
-    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of the regions, x fastest."""
-    here, there = regions_of(cost, T_target_source, observability)
-    turns = in_turn(here, PERIOD**3), in_turn(there, PERIOD**3)
-    return linearized(cost, T_target_source, turns, (here, there), PERIOD**3)
+) -> Regions:
+    """Return the `Regions` of a pose."""
+    target, source = (cloud.grid.points for cloud in cost.balls.clouds)
+    T = np.ascontiguousarray(T_target_source)
+    here, there = regions_of(cost, T, observability, WHOLE)
+    number = np.zeros(WHOLE**3, np.int64)
+    number[here] = number[there] = 1
+    some = np.flatnonzero(number)
+    number[some] = np.arange(len(some))
+    here, there = number[here], number[there]
+    turns = in_turn(here, len(some)), in_turn(there, len(some))
+    pulls, stiffness = linearized(cost, T, turns, (here, there), len(some))
+    return Regions(pulls, stiffness, _middles((target, source), (here, there), T, len(some)))
 
 
 def regions_of(
-    cost: JointEntropy, T_target_source: Transform, observability: Observability
+    cost: JointEntropy, T: Transform, observability: Observability, period: int = PERIOD
 ) -> tuple[Integers, Integers]:
     """Return which region each of the target's centres is in, and each of the source's."""
     balls = cost.balls
     edge = max(REGION * observability.lever_arm, LEAST_REGION * balls.radius)
-    here = _region_of(balls.target.grid.points, np.eye(4), edge)
-    there = _region_of(balls.source.grid.points, np.ascontiguousarray(T_target_source), edge)
+    here = _region_of(balls.target.grid.points, np.eye(4), edge, period)
+    there = _region_of(balls.source.grid.points, np.ascontiguousarray(T), edge, period)
     return here, there
 
 
@@ -167,13 +184,33 @@ def linearized(
 
 
 @kernel
-def _region_of(points: Points, T: Transform, edge: float) -> Integers:
+def _region_of(points: Points, T: Transform, edge: float, period: int) -> Integers:
     region, of_edge = np.empty(points.shape[0], np.int64), 1.0 / edge
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         number = 0
         for axis in range(2, -1, -1):
             place = T[axis, 0] * x + T[axis, 1] * y + T[axis, 2] * z + T[axis, 3]
-            number = PERIOD * number + (np.int64(np.floor(place * of_edge)) & (PERIOD - 1))
+            number = period * number + (np.int64(np.floor(place * of_edge)) & (period - 1))
         region[i] = number
     return region
+
+
+@kernel
+def _middles(
+    clouds: tuple[Points, Points], regions: tuple[Integers, Integers], T: Transform, count: int
+) -> Points:
+    """Return the mean (count, 3) of the points of target and source in each region."""
+    sums, number = np.zeros((count, 3)), np.zeros(count)
+    for s in range(2):
+        points, region = clouds[s], regions[s]
+        for i in range(points.shape[0]):
+            g = region[i]
+            number[g] += 1.0
+            for k in range(3):
+                if s == 0:
+                    sums[g, k] += points[i, k]
+                else:
+                    x, y, z = points[i, 0], points[i, 1], points[i, 2]
+                    sums[g, k] += T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
+    return sums / number.reshape(-1, 1)

@@ -82,7 +82,8 @@ def _volume(balls: Balls) -> str:
 def _is_flat(points: Points, thickness: float) -> bool:
     sample = _sampled(points)
     middle = sample.mean(axis=0)
-    normal = np.linalg.svd(sample - middle, full_matrices=False)[2][-1]
+    away = sample - middle
+    normal = np.linalg.eigh(away.T @ away)[1][:, 0]
     return all((np.abs((some - middle) @ normal) <= thickness).all() for some in (sample, points))
 
 

@@ -32,10 +32,17 @@ class Slide(NamedTuple):
     of_each: Floats  # votes for each way, the middle one none
     width: float  # between two of those ways
 
-    def near(self, way: float, off: float) -> float:
-        """Return the most votes for a way that is so far off another, at most."""
-        ways = self.width * (np.arange(len(self.of_each)) - len(self.of_each) // 2)
-        return float(self.of_each[np.abs(ways - way) <= off].max(initial=0.0))
+    def rises(self, way: float, near: float, around: float) -> float:
+        """Return by how much votes near a way exceed what is usual around it, over what most do.
+
+        Above 1 nowhere; 1 where all are alike.
+        """
+        off = np.abs(self.width * (np.arange(len(self.of_each)) - len(self.of_each) // 2) - way)
+        usual = float(np.median(self.of_each[off <= around])) if (off <= around).any() else 0.0
+        if usual >= self.votes:
+            return 1.0
+        most = float(self.of_each[off <= near].max(initial=0.0))
+        return (most - usual) / (self.votes - usual)
 
     def is_clear(self, near: float = 0.0) -> bool:
         """Whether it has more votes than chance gives, and no rival.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from idem_ros.core.trust.slide import slide_along
+from idem_ros.core.trust.slide import Slide, slide_along
 
 AHEAD = np.array([1.0, 0.0, 0.0])
 RADIUS = 0.5
@@ -33,8 +33,17 @@ def test_plates_in_a_row_have_a_rival_however_far():
     assert slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)], reach=5.0).is_clear()
 
 
-def test_votes_near_a_way_are_the_most_of_those_around_it():
+def test_votes_rise_where_plates_coincide_and_nowhere_else():
     found = slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)])
-    assert found.near(9.0, 0.3 * RADIUS) == pytest.approx(found.votes)
-    assert found.near(4.5, 0.3 * RADIUS) == 0.0
-    assert found.near(100.0, 0.3 * RADIUS) == 0.0
+    near, around = 0.3 * RADIUS, 4.0
+    assert found.rises(9.0, near, around) == pytest.approx(1.0)
+    assert found.rises(4.5, near, around) == 0.0
+    assert found.rises(100.0, near, around) == 0.0
+
+
+def test_what_has_votes_everywhere_rises_little_but_at_its_most():
+    votes = np.full(401, 60.0)
+    votes[150], votes[300] = 100.0, 90.0
+    found = Slide(0.1 * (150 - 200), 100.0, 90.0, votes, 0.1)
+    assert found.rises(10.0, 0.1, 5.0) == pytest.approx(0.75)
+    assert found.rises(3.0, 0.1, 5.0) == 0.0

@@ -3,7 +3,7 @@ import pytest
 
 from idem_ros.core import Cloud, RegistrationConfig, register
 from idem_ros.core.geometry import se3
-from idem_ros.core.trust.smear import SAID
+from idem_ros.core.trust.residuals import GROWING, TURNING
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
 from idem_ros.simulation.room import room
 
@@ -25,13 +25,13 @@ def scans():
 def test_a_smear_that_was_not_undone_is_named_in_the_reason(scans):
     target, points, _, _, guess = scans
     result = register(target, points, guess, RegistrationConfig(voxel_size=0.25))
-    assert SAID in result.assessment.reason
+    assert TURNING in result.assessment.reason
 
 
 def test_a_scan_of_a_sensor_that_stood_still_is_not_suspected(scans):
     target, _, _, still, guess = scans
     result = register(target, still, guess, RegistrationConfig(voxel_size=0.25))
-    assert SAID not in result.assessment.reason
+    assert TURNING not in result.assessment.reason
 
 
 @pytest.mark.parametrize('motion', ['guess', 'solve'])
@@ -40,11 +40,25 @@ def test_nor_is_one_whose_motion_was_undone(scans, motion):
     config = RegistrationConfig(voxel_size=0.25, motion=motion)
     twist = TWIST if motion == 'guess' else None
     result = register(target, Cloud(points, times), guess, config, twist=twist)
-    assert SAID not in result.assessment.reason
+    assert TURNING not in result.assessment.reason
 
 
 def test_half_a_scan_has_no_azimuth_to_turn_with(scans):
     target, points, _, _, guess = scans
     ahead = points[points[:, 0] > 0.0]
     result = register(target, ahead, guess, RegistrationConfig(voxel_size=0.25))
-    assert SAID not in result.assessment.reason
+    assert TURNING not in result.assessment.reason
+
+
+@pytest.mark.parametrize('scale', [0.995, 1.005, 1.01])
+def test_a_wrong_scale_is_named_in_the_reason(scans, scale):
+    target, _, _, still, guess = scans
+    result = register(target, scale * still, guess, RegistrationConfig(voxel_size=0.25))
+    assert GROWING in result.assessment.reason
+
+
+def test_the_same_scale_is_not_suspected_nor_is_a_smear_taken_for_one(scans):
+    target, points, _, still, guess = scans
+    for source in (still, points):
+        result = register(target, source, guess, RegistrationConfig(voxel_size=0.25))
+        assert GROWING not in result.assessment.reason
