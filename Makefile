@@ -37,7 +37,7 @@ INSTALLED_BIN := $(INSTALLED)/bin
 AARCH64 := manylinux2014 manylinux_2_24 manylinux_2_27 manylinux_2_28
 CHECK := $(INSTALLED_BIN)/python -m pytest -q test/check_installation.py
 
-.PHONY: demo test portable newest matrix coverage pins lint docs bench wheel aarch64 FORCE colcon soak test-ros fuzz site three clean help $(PORTABLE)
+.PHONY: demo test portable newest matrix coverage pins lint docs gallery bench wheel aarch64 FORCE colcon soak test-ros fuzz site three clean help $(PORTABLE)
 
 help:
 	@echo 'make demo    start the node, play bags/demo.mcap to it and show each refined transform'
@@ -49,6 +49,7 @@ help:
 	@echo 'make pins    pin the newest release of everything in constraints.txt'
 	@echo 'make lint    check style, types (of the core strictly), and that imports run one way'
 	@echo 'make docs    write the tables and the picture of the documents again'
+	@echo 'make gallery  draw the pictures of docs/gallery.md again'
 	@echo 'make site    build the documents as a site in build/site, with the Python reference'
 	@echo 'make three   bundle three.js for `idem show` again'
 	@echo 'make bench   measure accuracy and time'
@@ -132,6 +133,9 @@ lint: $(READY)
 docs: $(READY)
 	$(BIN)/python -m benchmarks docs
 
+gallery: $(READY)
+	$(BIN)/python -m benchmarks gallery
+
 # read from the source: neither the package nor what it stands on is installed for it
 site: $(SITE)/.ready
 	NO_MKDOCS_2_WARNING=1 $(SITE)/bin/mkdocs build --quiet
@@ -161,6 +165,7 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks sweeps --markdown docs/bench_sweeps.md
 	$(BIN)/python -m benchmarks tunnels --markdown docs/bench_tunnels.md
 	$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
+	$(BIN)/python -m benchmarks viewer --markdown docs/bench_viewer.md
 
 # build/lib is removed: setuptools would pack what is no longer in the checkout; the wheel is built from the sdist
 build/dist/.ready: $(INSTALLED)/.ready FORCE

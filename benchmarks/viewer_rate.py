@@ -17,6 +17,15 @@ WINDOW = (1280, 900)
 SECONDS, FRAMES = 3.0, 20
 RATE, MEGABYTES = 20.0, 15.0
 TRIALS = 3
+ABOUT = """\
+`python -m benchmarks viewer`: the page of `idem show` in headless Chromium that draws in
+software, on the processor alone (SwiftShader). While the view turns the viewer draws as many of
+the points, evenly chosen, as a frame has time for, and all of them 0.15 s after it came to
+rest; a graphics processor has time for all. The second row draws every point in every frame:
+software works on them one by one (half of them take half the time), so that it depends on how
+many cores are idle.
+
+"""
 
 
 class NoWebGL(IdemError):

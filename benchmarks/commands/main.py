@@ -68,6 +68,11 @@ def _parser():
     )
     add_output_options(viewer)
     viewer.set_defaults(run=_viewer)
+    gallery = kinds.add_parser('gallery', help='the pictures of docs/gallery.md')
+    gallery.add_argument(
+        '--out', metavar='DIR', default='docs/gallery', help='(default: %(default)s)'
+    )
+    gallery.set_defaults(run=_gallery)
     sweeps.add_parser(kinds)
     tunnels.add_parser(kinds)
     beyond.add_parsers(kinds)
@@ -242,16 +247,31 @@ def _report(args):
 
 
 def _viewer(args):
-    from benchmarks.viewer_rate import POINTS, measure
+    from benchmarks.viewer_rate import ABOUT, POINTS, measure
 
     check_outputs(args)
-    return _told(args, 'Viewer', measure(POINTS // 10 if args.quick else POINTS))
+    goals = measure(POINTS // 10 if args.quick else POINTS)
+    return _told(args, 'Viewer', goals, ABOUT)
 
 
-def _told(args, title, goals):
+def _gallery(args):
+    from pathlib import Path
+
+    from benchmarks.gallery import MOST_BYTES, draw
+
+    folder = Path(args.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = dict(draw(folder))
+    for name, size in drawn.items():
+        print(f'{name}: {size}' + (' bytes' if isinstance(size, int) else ''))
+    small = all(isinstance(size, int) and size <= MOST_BYTES for size in drawn.values())
+    return OK if small else FAILED
+
+
+def _told(args, title, goals, about=''):
     from benchmarks.goal import goals_table
 
-    text = f'## {title}\n\n' + goals_table(goals)
+    text = f'## {title}\n\n{about}' + goals_table(goals)
     write(args, {'goals': [goal.record() for goal in goals]}, text)
     print(text)
     return OK if all(goal.reached for goal in goals) else FAILED
