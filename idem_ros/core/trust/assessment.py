@@ -85,7 +85,7 @@ def assess(
     discord, near_discord = _discord(balls, agreement, T)
     seen = _Seen(
         near_discord=near_discord,
-        contrast=_least_contrast(balls, T, observability),
+        contrast=_least_contrast(balls, T, observability, agreement.q),
         overlap=agreement.overlap.most,
         way=way_between(descent.first or balls, T, T_guess),
     )
@@ -206,10 +206,11 @@ def _meeting(
     return found[:n], squared[:n]
 
 
-def _least_contrast(balls: Balls, T: Transform, observability: Observability) -> float:
+def _least_contrast(balls: Balls, T: Transform, observability: Observability, q: Floats) -> float:
     """Return the least rise of q_mean where surfaces that determine a motion move by a radius."""
     of_each = (observability.determined_by(k) for k in np.flatnonzero(observability.observable))
-    rises = [contrast_along(balls, T, *motion, HOLDERS) for motion in of_each]
+    of_points = q[: len(balls.of[0])], q[len(balls.of[0]) :]
+    rises = [contrast_along(balls, T, *motion, HOLDERS, of_points) for motion in of_each]
     return min(rises, default=0.0)
 
 

@@ -35,6 +35,7 @@ def contrast_along(
     motion: Twist,
     holders: Sequence[Indices],
     sample: int,
+    q: Sequence[Floats],
 ) -> float:
     """Return the lesser rise of q_mean, a radius to either side along a motion, of what holds it.
 
@@ -42,12 +43,17 @@ def contrast_along(
         motion: (6,) twist (omega, v) that moves the surfaces by 1.
         holders: indices of centres of the target, and of the source, that have a neighbour in the
             other cloud and hold the motion.
+        q: (N,) q_i of the target's points at the pose, and (M,) of the source's.
     """
     chosen = [_sampled(some, sample) for some in holders]
-    places = _around(T_target_source, balls.radius * motion[:, None])
-    each = balls.differences(places, chosen)
-    q = sum((q.sum(axis=0) for q, _ in each), np.zeros(len(places)))
-    return float((q[1:] - q[0]).min() / max(sum(map(len, chosen)), 1))
+    _, *places = _around(T_target_source, balls.radius * motion[:, None])
+    each = balls.differences(np.array(places), chosen)
+    beside = sum((found.sum(axis=0) for found, _ in each), np.zeros(len(places)))
+    here = sum(
+        float(of_all[cloud.order[some]].sum())
+        for of_all, cloud, some in zip(q, balls.clouds, chosen, strict=True)
+    )
+    return float((beside.min() - here) / max(sum(map(len, chosen)), 1))
 
 
 def sums_at_each(
