@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from numpy.typing import NDArray
 
+from idem_ros.calibration.contradiction import contradiction
 from idem_ros.calibration.fusion import Fused, fused
 from idem_ros.calibration.instant import Solved, solved
 from idem_ros.calibration.placing import placed
@@ -71,12 +72,22 @@ def calibrate(instants, starts, config):
     found = [
         leader if each is leader.instant else solved(each, leader.poses, near) for each in used
     ]
+    found = [_with_contradiction(each, near) for each in found]
     steps = _steps(used, config)
     nearby = config.voxel_size or 0.0
     independent = places(steps, nearby)
     tolerance = config.audit_tolerance
     sensors = [fused(found, s, tolerance, independent) for s in range(len(starts))]
     return Calibration(tuple(sensors), tuple(found), starts, tuple(steps), config.voxel_size)
+
+
+def _with_contradiction(each, config):
+    """Return a `Solved` whose covariances hold what its pairs contradict each other by."""
+    if each.result is None:
+        return each
+    clouds = [each.instant.clouds[s] for s in each.instant.heard]
+    more = contradiction(clouds, each.result, config)
+    return replace(each, covariances=more * each.covariances, contradiction=more)
 
 
 def _leader(instants, starts, config):

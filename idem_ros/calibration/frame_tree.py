@@ -18,13 +18,15 @@ class FrameTree:
     Args:
         source: what it was read from, for messages.
         edges: {child: (parent, (4, 4) child in parent)}; slashes at the begin are left out.
+        covariances: {child: (6, 6) x y z rx ry rz of it, in the axes of its parent}, where known.
 
     Raises:
         InvalidTransform: one is no rigid transform.
     """
 
-    def __init__(self, source, edges):
+    def __init__(self, source, edges, covariances=None):
         self.source = source
+        self.covariances = {bare(child): C for child, C in (covariances or {}).items()}
         self._edges = {
             bare(child): (bare(parent), checked_transform(T, f'{source}: {child} in {parent}'))
             for child, (parent, T) in edges.items()

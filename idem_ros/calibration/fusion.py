@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from idem_ros.core import Verdict
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict
+from idem_ros.core.trust.verdict import LEAST_PROBABILITY
 
 MEETS_LITTLE = Verdict.SEPARATED, Verdict.NOT_CONVERGED
 SIGMAS = 3.0
@@ -43,16 +44,16 @@ def fused(solved, s, tolerance, independent):
     told = [k for k, each in enumerate(solved) if _tells(each, s)]
     if not told:
         return _unknown(solved, s)
+    share = min(independent, len(solved)) / len(solved)
     if s == 0:
-        said = _verdict([solved[k].verdicts[0] for k in told], len(told))
+        said = _verdict([solved[k].verdicts[0] for k in told], len(told), share)
         return Fused(np.eye(4), np.zeros((6, 6)), said, tuple(told), None)
     poses = np.array([solved[k].poses[s] for k in told])
     covariances = np.array([solved[k].covariances[s] for k in told])
     chosen = _agreeing(poses, covariances, tolerance)
     agreeing = tuple(told[n] for n in chosen)
-    share = min(independent, len(solved)) / len(solved)
     pose, covariance = _mean(poses[chosen], covariances[chosen], share)
-    verdict = _verdict([solved[k].verdicts[s] for k in agreeing], len(told))
+    verdict = _verdict([solved[k].verdicts[s] for k in agreeing], len(told), share)
     off = np.array([difference(each, pose) for each in poses[chosen]])
     return Fused(pose, covariance, verdict, agreeing, _spread(off))
 
@@ -107,16 +108,29 @@ def _mean(poses, covariances, share):
     return mean, more / max(share, 1.0 / len(poses)) * np.linalg.inv(total)
 
 
-def _verdict(said, told):
-    """Return the `CloudVerdict` of instants that agree; told: how many there are to agree."""
+def _verdict(said, told, share):
+    """Return the `CloudVerdict` of instants that agree.
+
+    They are all wrong together or none: where their places are independent, the probabilities of
+    being wrong are multiplied.
+
+    Args:
+        said: `CloudVerdict` of each.
+        told: how many instants there are to agree.
+        share: of them that are independent.
+    """
     best = max(said, key=lambda each: (each.verdict in USABLE, np.nan_to_num(each.p_aligned)))
-    if told == 1 or best.verdict not in USABLE:
+    if told == 1:
         return best
     if 2 * len(said) <= told:
         reason = f'only {len(said)} of {told} instants agree'
         return CloudVerdict(Verdict.MISALIGNED, best.p_aligned, reason)
+    wrong = 1.0 - np.nan_to_num([each.p_aligned for each in said])
+    p = float(1.0 - np.prod(wrong) ** max(share, 1.0 / len(said)))
     reason = f'{len(said)} of {told} instants agree; {best.reason}'
-    return CloudVerdict(best.verdict, best.p_aligned, reason)
+    if p < LEAST_PROBABILITY:
+        return CloudVerdict(best.verdict, p, best.reason)
+    return CloudVerdict(best.verdict if best.verdict in USABLE else Verdict.ALIGNED, p, reason)
 
 
 def _spread(off):

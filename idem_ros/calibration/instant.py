@@ -39,6 +39,8 @@ class Solved:
     """Whether each hangs together with the reference."""
     result: JointResult | None
     """Of the sensors that were heard; None: there were not two."""
+    contradiction: float = 1.0
+    """What the covariances were multiplied by, see `contradiction`."""
 
     @property
     def usable(self):

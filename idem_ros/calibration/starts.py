@@ -76,15 +76,28 @@ def _of_yaml(path, content):
     if not isinstance(sensors, dict) or not sensors:
         raise UnknownStart(f'{path} says no starts; it must hold {EXPECTED}')
     common = content.get('frame') or RIG
-    edges = {}
+    edges, covariances = {}, {}
     for name, said in sensors.items():
         parent = said.get('parent', common) if isinstance(said, dict) else common
         pose = _pose(path, name, said)
         if bare(parent) != bare(name):
             edges[name] = str(parent), pose
+            if 'covariance' in said:
+                covariances[name] = _covariance(path, name, said['covariance'])
         elif not np.allclose(pose, np.eye(4)):
             raise UnknownStart(f'{path}: {name} is its own parent, and not at its own place')
-    return FrameTree(str(path), edges)
+    return FrameTree(str(path), edges, covariances)
+
+
+def _covariance(path, name, said):
+    try:
+        matrix = np.array(said, dtype=np.float64)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    is_one = matrix.shape == (6, 6) and np.isfinite(matrix).all()
+    if not is_one or np.linalg.eigvalsh(matrix)[0] < 0.0:
+        raise UnknownStart(f'{path}: the covariance of {name} is none: 6x6, variances from 0')
+    return matrix
 
 
 def _pose(path, name, said):

@@ -5,7 +5,8 @@ import shlex
 import numpy as np
 import yaml
 
-from idem_ros.calibration.fusion import difference
+from idem_ros.calibration.frame_tree import bare
+from idem_ros.calibration.fusion import SIGMAS, difference
 from idem_ros.calibration.urdf import joint_text, roll_pitch_yaw
 from idem_ros.core.geometry import se3
 from idem_ros.files.atomic_folder import filling
@@ -97,6 +98,25 @@ def sensors_table(names, found):
     return table(heads, rows, left=1)
 
 
+def moved(names, found, tree):
+    """Yield a line about each sensor that is not where an earlier calibration had it.
+
+    That is, by more than three standard deviations of both, in the frame of the same reference.
+    """
+    for name, each, start in zip(names[1:], found.sensors[1:], found.starts[1:], strict=True):
+        before = tree.covariances.get(bare(name))
+        if before is None or not each.agreeing or tree.parent_of(name) != bare(names[0]):
+            continue
+        off = difference(each.pose, start)
+        sigmas = np.sqrt(off @ np.linalg.solve(each.covariance + before, off) / 6)
+        if sigmas > SIGMAS:
+            distance, degrees = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
+            yield (
+                f'{name} has moved by {distance:.3g} m and {degrees:.2g} deg since {tree.source}: '
+                f'{sigmas:.2g} standard deviations of both calibrations'
+            )
+
+
 def _row(name, each, start):
     place = [f'{number:.4f}' for number in each.pose[:3, 3]]
     turn = [f'{np.degrees(number):.3f}' for number in roll_pitch_yaw(each.pose)]
@@ -107,19 +127,10 @@ def _row(name, each, start):
         spread = f'{1e3 * each.spread[0]:.3g}', f'{each.spread[1]:.2g}'
     moved = np.linalg.norm(each.pose[:3, 3] - start[:3, 3])
     degrees = np.degrees(se3.rotation_angle(se3.inverse(start) @ each.pose))
-    from_start = f'{moved:.3f} m, {degrees:.2f} deg{_sigmas(each, start)}'
+    from_start = f'{moved:.3f} m, {degrees:.2f} deg'
     said = each.verdict
     judged = said.verdict.value, f'{said.p_aligned:.2f}'
     return (name, *place, *turn, *sure, *spread, from_start, *judged)
-
-
-def _sigmas(each, start):
-    """Return by how many standard deviations a sensor is off its start, in words."""
-    if not each.covariance.any():
-        return ''
-    off = difference(each.pose, start)
-    sigmas = np.sqrt(off @ np.linalg.solve(each.covariance, off) / 6)
-    return f' ({sigmas:.2g} sigma)'
 
 
 def _rounded(value):

@@ -4,7 +4,6 @@ It is a recording of one pair, with the result of refining it attached as in tho
 --out`: whatever takes a recording or a result takes a capsule.
 """
 
-import json
 from dataclasses import dataclass, replace
 from tempfile import TemporaryFile
 from typing import Any
@@ -32,9 +31,10 @@ from idem_ros.recording.topics import Topics
 from idem_ros.recording.writer import write_mcap
 from idem_ros.refinement.refiner import Refinement
 from idem_ros.replay.frames import Frame, Replay
-from idem_ros.replay.provenance import as_metadata, made_by
+from idem_ros.replay.provenance import NO_SETTINGS, as_metadata, made_by
 from idem_ros.replay.settings import Settings, from_record
 from idem_ros.results.record_text import record_text
+from idem_ros.results.result_file import UnreadableResult, read_result
 from idem_ros.results.summary import json_record
 
 NAME, VERSION = 'idem_capsule', '1'
@@ -88,6 +88,7 @@ def read_capsule(path):
 
     Raises:
         LaterCapsule: it is of a later version.
+        UnreadableResult, UnknownSettings, InvalidConfig: what it says of itself is not of a node.
     """
     try:
         embedded = read_embedded(path)
@@ -100,14 +101,13 @@ def read_capsule(path):
         raise LaterCapsule(
             f'{path} is a capsule of version {capsule.get("version")}; this one reads {VERSION}'
         )
-    record = json.loads(embedded.attachments[RECORD])
-    settings = {
-        key: value
-        for key, value in record['made_by'].items()
-        if key not in ('versions', 'input', 'topics')
-    }
-    guesses = {each['stamp_ns']: np.array(each['T_guess']) for each in record['frames']}
-    return from_record(settings), guesses
+    result = read_result(path)
+    made = result.made_by or {}
+    if 'parameters' not in made:
+        raise UnreadableResult(f'{path} is a capsule that does not say how it was made')
+    settings = from_record({key: made[key] for key in made if key not in NO_SETTINGS})
+    guesses = {f['stamp_ns']: np.array(f['T_guess']) for f in result.frames if f.get('T_guess')}
+    return replace(settings, map=MapConfig()), guesses  # its target is in it, as a cloud
 
 
 def _settings_again(seen):

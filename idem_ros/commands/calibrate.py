@@ -83,7 +83,7 @@ def run(args):
     from idem_ros.calibration.calibrating import Uncalibrated
     from idem_ros.calibration.sighting import calibrate_sightings
     from idem_ros.calibration.starts import no_starts, read_starts, starts_of
-    from idem_ros.calibration.written import write_calibration
+    from idem_ros.calibration.written import moved, write_calibration
     from idem_ros.files.atomic_folder import require_free
 
     config = config_from(args)
@@ -104,6 +104,7 @@ def run(args):
         raise Uncalibrated('; '.join([str(error), *notes])) from error
     if lacking := len(sightings) - len(found.instants):
         notes.append(f'{lacking} of {len(sightings)} instants lack the reference, or all others')
+    notes += moved(names, found, tree)
     if args.out:
         write_calibration(args.out, names, found, tree)
     print((_json if args.json else _text)(args, (names, found, tree), twists, notes))

@@ -100,10 +100,10 @@ def register(
     target, source = _clouds(target, source, config)
     sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
     guess = Guess(T, information_of_guess(guess_covariance, config))
-    return _registered(target, sweep, guess, config, tuning, trust, workers)
+    return registered(target, sweep, guess, config, tuning, trust, workers)
 
 
-def _registered(
+def registered(
     target: Target,
     sweep: Sweep,
     guess: Guess,
@@ -112,7 +112,10 @@ def _registered(
     trust: TrustTuning,
     both_workers: tuple[Workers, Workers],
 ) -> RegistrationResult:
-    """Return the result of a target and the source of a `Sweep`, from a `Guess`."""
+    """Return the result of a target and the source of a `Sweep`, from a `Guess`.
+
+    both_workers: those of the solve, and those of the verdict of a late result.
+    """
     (workers, late_workers), source = both_workers, sweep.undone()
     T = guess.transform
     config = with_common_voxel_size(config, target, source)

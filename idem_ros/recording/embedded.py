@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
 
 from idem_ros.core.exceptions import IdemError
 
@@ -34,11 +35,13 @@ def piece_name(name, k):
 def read_embedded(path):
     """Read the metadata and attachments of an MCAP, without its messages.
 
+    By the index at its end: no chunk is read or inflated, and each record is read once.
+
     Returns:
         `Embedded`
 
     Raises:
-        UnreadableMcap: it cannot be opened, or is damaged or cut off: its end is an index.
+        UnreadableMcap: it cannot be opened, is damaged or cut off, or has no index.
     """
     try:
         with Path(path).open('rb') as stream:
@@ -49,14 +52,28 @@ def read_embedded(path):
 
 def _embedded(path, stream):
     try:
-        reader = make_reader(stream, validate_crcs=True)
+        summary = make_reader(stream, validate_crcs=True).get_summary()
+        if summary is None:
+            raise ValueError('it has no index')
+        metadata = [_record_at(stream, at) for at in _offsets(summary.metadata_indexes)]
+        attachments = [_record_at(stream, at) for at in _offsets(summary.attachment_indexes)]
         return Embedded(
-            {each.name: each.metadata for each in reader.iter_metadata()},
-            _joined({each.name: each.data for each in reader.iter_attachments()}),
+            {each.name: each.metadata for each in metadata},
+            _joined({each.name: each.data for each in attachments}),
         )
     except Exception as error:  # damaged bytes raise anything: struct.error, OSError of a seek
         reason = ' '.join(str(error).split()) or type(error).__name__
         raise UnreadableMcap(f'{path} is cut off or damaged: {reason}') from error
+
+
+def _offsets(indexes):
+    """Return where records are, each once: an index may name one a million times."""
+    return dict.fromkeys(each.offset for each in indexes)
+
+
+def _record_at(stream, offset):
+    stream.seek(offset)
+    return next(StreamReader(stream, skip_magic=True, emit_chunks=True).records)
 
 
 def _joined(pieces):

@@ -86,6 +86,19 @@ def test_instants_of_which_no_two_agree_are_misaligned(truth):
     assert 'only 1 of 4 instants agree' in found.verdict.reason
 
 
+def test_instants_that_agree_are_all_wrong_together_or_none(truth):
+    doubtful = CloudVerdict(Verdict.MISALIGNED, 0.3, 'doubtful')
+    apart, one_place, two = (
+        fused(solved([truth] * n, [doubtful] * n), 1, TOLERANCE, places).verdict
+        for n, places in ((3, 3), (3, 1), (1, 1))
+    )
+    assert apart.verdict is Verdict.ALIGNED
+    assert apart.p_aligned == pytest.approx(1 - 0.7**3)
+    assert one_place.verdict is Verdict.MISALIGNED
+    assert one_place.p_aligned == pytest.approx(0.3)
+    assert two == doubtful
+
+
 def test_one_good_verdict_speaks_for_instants_that_agree_with_it(truth):
     found = fused(solved([truth] * 3, [BAD, GOOD, BAD]), 1, TOLERANCE, 3)
     assert found.verdict.verdict is Verdict.ALIGNED

@@ -1,3 +1,4 @@
+import io
 import json
 from dataclasses import replace
 
@@ -120,6 +121,37 @@ def test_a_capsule_cut_off_is_no_traceback(capsule, tmp_path, capsys):
         path.write_bytes(content[: int(share * len(content))])
         assert main(['replay', str(path)]) in (0, 1)
         assert 'Traceback' not in capsys.readouterr().err
+
+
+SPOILT = {
+    'no json': b'{"frames": [',
+    'no record': b'[]',
+    'deep': b'{"frames": ' + b'[' * 500 + b']' * 500 + b'}',
+    'no settings': b'{"frames": [], "summary": SUMMARY}',
+    'another map': b'{"frames": [], "summary": SUMMARY, "made_by": {"parameters": '
+    b'{"target_file": "/dev/zero"}}}',
+    'no parameter': b'{"frames": [], "summary": SUMMARY, "made_by": {"parameters": {"a": "x"}}}',
+    'no frame': b'{"frames": [{"stamp_ns": "now"}], "summary": SUMMARY, '
+    b'"made_by": {"parameters": {}}}',
+    'no pose': b'{"frames": [{"stamp_ns": 5, "T_guess": [[1]]}], "summary": SUMMARY, '
+    b'"made_by": {"parameters": {}}}',
+}
+SUMMARY = b'{"frames": 0, "refused": 0, "dropped": 0, "unpaired": 0}'
+
+
+@pytest.mark.parametrize('name', SPOILT)
+def test_what_a_capsule_says_of_itself_is_checked_and_opens_no_map(tmp_path, capsys, name):
+    path = tmp_path / 'spoilt.mcap'
+    text = io.BytesIO(SPOILT[name].replace(b'SUMMARY', SUMMARY))
+    writer.write_mcap(
+        path,
+        scans(np.random.default_rng(0), n=1),
+        metadata={'idem_capsule': {'version': '1'}},
+        attachments={'frames.json': ('application/json', text)},
+    )
+    assert main(['replay', str(path)]) == (0 if name == 'another map' else 1)
+    said = capsys.readouterr().err
+    assert said.count('idem: error: ') == (0 if name == 'another map' else 1)
 
 
 def test_of_a_map_from_a_file_what_lies_around_the_source_is_kept(seen, tmp_path):

@@ -222,3 +222,15 @@ def test_a_simulated_rig_is_recorded_with_starts_and_truth(tmp_path):
         ]
         assert len(list(recorded.messages(['/ground_truth']))) == 2
     assert main(['simulate', '--lidars', '1', '--out', str(path)]) == 2
+
+
+def test_a_sensor_that_has_moved_since_it_was_calibrated_is_named(truth, capsys):
+    common = ['--reference', 'top', *VOXELS]
+    main(['calibrate', '0', '--start', 'start.yaml', '--out', 'rig', *common])
+    capsys.readouterr()
+    points = np.load('1/left.npy')
+    np.save('1/left.npy', points + (0.04, 0.0, 0.0))
+    main(['calibrate', '1', '--start', 'rig/extrinsics.yaml', *common])
+    notes = [line for line in capsys.readouterr().out.splitlines() if 'has moved' in line]
+    assert len(notes) == 1
+    assert notes[0].startswith('note: left has moved by 0.0')

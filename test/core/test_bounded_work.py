@@ -4,6 +4,7 @@ from clouds import error_of, motion, surface
 
 from idem_ros.core import (
     Cloud,
+    MapCloud,
     RegistrationConfig,
     SolverTuning,
     Status,
@@ -14,8 +15,12 @@ from idem_ros.core import (
 )
 from idem_ros.core.blocks import ALONE, OutOfTime, Workers, in_blocks
 from idem_ros.core.config import MODES
+from idem_ros.core.geometry.se3 import translation
+from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.core.registration import _refined
+from idem_ros.core.several.edges import Audit
+from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.solve.pair import prepare
 
 
@@ -79,3 +84,62 @@ def test_blocks_are_not_begun_after_the_deadline():
     with pytest.raises(OutOfTime):
         in_blocks(100_000, Workers(2, deadline=0.0), lambda begin, end: begun.append(begin))
     assert not begun
+
+
+LATE = Workers(1, deadline=0.0)
+I4, FAR = np.eye(4), translation((2.0, 0.0, 0.0))
+
+
+def prepared(clouds, workers=ALONE):
+    config = RegistrationConfig(voxel_size=0.2)
+    return prepare(*clouds, config, SolverTuning(), TrustTuning(), workers)
+
+
+def part_of_a_map(clouds, workers=ALONE):
+    return MapCloud(clouds[0].points).in_reach(
+        clouds[1], I4, RegistrationConfig(voxel_size=0.2), workers
+    )
+
+
+def late_balls(clouds):
+    pair = prepared(clouds)
+    balls = pair.balls(pair.stages[-1])
+    balls.workers = LATE
+    return balls
+
+
+def late_sums(clouds):
+    pair = prepared(clouds)
+    cost = pair.cost(pair.stages[-1])
+    cost.balls.pairs(I4)
+    cost.balls.workers = LATE
+    cost.linearize(I4)
+
+
+def late_audit(clouds):
+    config = RegistrationConfig(voxel_size=0.2)
+    Audit(np.array([I4, I4]), config, TrustTuning(), LATE).of(*clouds, I4)
+
+
+STEPS = {
+    'voxels and radii': lambda clouds: prepared(clouds, LATE),
+    'moments of balls': lambda clouds: Balls(*clouds, 0.4, LATE),
+    'pairs': lambda clouds: late_balls(clouds).pairs(I4),
+    'sums': late_sums,
+    'agreement': lambda clouds: late_balls(clouds).agreement(I4, 1.0),
+    'part of a map': lambda clouds: part_of_a_map(clouds, LATE),
+    'another part': lambda clouds: part_of_a_map(clouds).around(clouds[1], FAR, 0.4, LATE),
+    'voxels of a part': lambda clouds: (
+        part_of_a_map(clouds).around(clouds[1], I4, 0.4, LATE).reduced(0.8)
+    ),
+    'moments of a part': lambda clouds: Balls(part_of_a_map(clouds), clouds[1], 0.4, LATE),
+    'audit of a pair of several': late_audit,
+    'balls of several': lambda clouds: JointBalls(clouds, 0.4, LATE).pairs(np.array([I4, I4])),
+}
+
+
+@pytest.mark.parametrize('name', STEPS)
+def test_every_long_step_looks_at_the_deadline(rng, name):
+    clouds = [Cloud(surface(rng, 3000)) for _ in range(2)]
+    with pytest.raises(OutOfTime):
+        STEPS[name](clouds)

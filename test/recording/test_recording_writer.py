@@ -1,8 +1,10 @@
 import io
+import tracemalloc
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import IndexType, Writer
 from recordings import scans
 from rosbags.highlevel import AnyReader
 
@@ -12,6 +14,8 @@ from idem_ros.recording.embedded import Embedded, UnreadableMcap, read_embedded
 from idem_ros.recording.messages import cloud_message, diagnostics_message, header, typestore
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import PIECE, write_mcap
+
+BARE = 'repeat_channels', 'repeat_schemas', 'use_statistics', 'use_summary_offsets'
 
 
 @pytest.fixture
@@ -84,6 +88,24 @@ def test_an_mcap_cut_off_does_not_give_half_of_what_is_embedded(tmp_path):
         read_embedded(path)
     with pytest.raises(UnreadableMcap, match=r'none.mcap cannot be read'):
         read_embedded(tmp_path / 'none.mcap')
+
+
+def test_of_an_mcap_without_an_index_no_chunk_is_inflated_for_what_is_embedded(tmp_path):
+    path = tmp_path / 'bare.mcap'
+    with path.open('wb') as stream:
+        bare = {name: False for name in BARE}
+        some = Writer(stream, index_types=IndexType.NONE, **bare)
+        some.start()
+        some.add_metadata('made', {'by': 'a test'})
+        channel = some.register_channel('/x', 'json', 0)
+        some.add_message(channel, 0, bytes(10**8), 0)
+        some.finish()
+    tracemalloc.start()
+    with pytest.raises(UnreadableMcap, match='it has no index'):
+        read_embedded(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 10**6
 
 
 def test_a_message_that_fails_leaves_the_old_recording(written):

@@ -100,7 +100,8 @@ class MapCloud:
         edge, widest = VOXELS_PER_EDGE * step, config.a * spacing * config.radius_schedule[0]
         narrowest = config.a * spacing * config.radius_schedule[-1]
         points = se3.transform_points(T_target_source, source.points + source.origin)
-        reach = Reach.around(points, edge, MOVES * step + WIDER * narrowest)
+        distance = MOVES * step + WIDER * narrowest
+        reach = Reach.around(points, edge, distance, self.bounds)
         near: Point = np.asarray(reach.zero * (edge / reach.per_edge), dtype=np.float64)
         T = T_target_source.copy()
         T[:3, 3] += T[:3, :3] @ source.origin - near

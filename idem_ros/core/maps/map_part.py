@@ -50,6 +50,8 @@ class MapPart(Cloud):
         self._blocks, self._level, self._place = blocks, level, place
         self._rows: list[_Rows] = []
         self._moved: MapPart | None = None
+        # what follows may be made within other threads' work, which waits for none
+        self._workers = workers._replace(threads=1)
         blocks.asked_for(level)
         points, weights = self._gathered(workers)
         self._init(place.origin, np.ones(len(points), bool), points, weights, KEPT)
@@ -59,21 +61,29 @@ class MapPart(Cloud):
         """Whether more of the map lies beside it: yes."""
         return True
 
-    def around(self, source: Cloud, T: Transform, radius: float) -> MapPart:
+    def around(
+        self, source: Cloud, T: Transform, radius: float, workers: Workers = ALONE
+    ) -> MapPart:
         """Return the part that a source can reach at T, (4, 4) between the clouds' origins.
 
         Itself, or the one returned last, as long as the source has not moved far from there.
+
+        Raises:
+            OutOfTime: the workers are late.
         """
+        self._workers = workers._replace(threads=1)
         for part in (self, self._moved):
             if part is not None:
                 left = part._place.reach.distance - SKIN * radius
                 moved = np.sqrt(farthest_moved(T, part._place.T, source.bounds()))
                 if moved <= left:
+                    part._workers = self._workers
                     return part
         points = se3.transform_points(T, source.points) + self.origin
-        reach = Reach.around(points, self._level.edge, self._place.moves + SKIN * radius)
+        distance, bounds = self._place.moves + SKIN * radius, self._blocks.source.bounds
+        reach = Reach.around(points, self._level.edge, distance, bounds)
         place = self._place._replace(reach=reach, T=T)
-        there = MapPart(self._blocks, self._level, place, ALONE)
+        there = MapPart(self._blocks, self._level, place, workers)
         if len(there) == 0:  # it has left the map
             return self
         self._moved = there
@@ -88,15 +98,19 @@ class MapPart(Cloud):
     def _reduced(self, voxel_size: float) -> Cloud:
         level = self._level._replace(voxel_size=voxel_size)
         reach = self._kept.get('wider', None, lambda: self._place.reach.wider(self._place.wider))
-        return MapPart(self._blocks, level, self._place._replace(reach=reach), ALONE)
+        return MapPart(self._blocks, level, self._place._replace(reach=reach), self._workers)
 
     def _gathered(self, workers: Workers) -> tuple[Points, Weights]:
         """Return the points in reach and their weights; remember which rows of blocks they are."""
         level, reach, origin = self._level, self._place.reach, self._place.origin
-        indices, masks = reach.by_block()
+        indices, numbers = reach.by_block()
         found = in_threads(workers, lambda index: self._blocks.points(level, index), indices)
         n = 0
-        for index, cubes, block in zip(indices, masks, found, strict=True):
+        for index, in_reach, block in zip(indices, numbers, found, strict=True):
+            if len(block.points) == 0:
+                continue
+            cubes = np.zeros(reach.per_edge**3, np.bool_)
+            cubes[in_reach] = True
             rows = rows_in_reach(block.points, level.edge, reach.per_edge, cubes)
             if len(rows):
                 self._rows.append(_Rows(index, rows, n, block))
@@ -111,8 +125,13 @@ class MapPart(Cloud):
                 put_rows(each.block.weights, each.rows, weights, to)
         return points, weights
 
-    def ready_neighbourhoods(self, radius: float, workers: Workers) -> Neighbourhoods:
-        """Return the `Neighbourhoods` at a radius, of the moments that the blocks have."""
+    def ready_neighbourhoods(self, radius: float, workers: Workers) -> Neighbourhoods | None:
+        """Return the `Neighbourhoods` at a radius, of the moments that the blocks have.
+
+        None where balls are wider than a block, as garbage makes them: they would hold the map.
+        """
+        if radius > self._level.edge:
+            return None
         cells = self.in_cells(radius)
         self._blocks.asked_for(self._level, radius)
         place = np.empty(len(cells.order), np.int32)  # of each point in the order of the cells

@@ -7,12 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Indices, Integers, Mask, Points
+from idem_ros.core.arrays import Floats, Indices, Integers, Mask, Points
 from idem_ros.core.jit import kernel
 from idem_ros.core.maps.map_blocks import Index
 
 CUBES_PER_EDGE = 16  # of a block; half as many for the wider reach of coarse stages
 BITS = 20  # of a cube's place along an axis, from the middle of the scan: 1e6 cubes
+FARTHEST = 2.0**60  # cubes from the map's zero; more are no whole numbers
+# What garbage may cost: scans have 2 or 3 rings, and in a block dozens of the cubes they lie in.
+MOST_RINGS, MANY_RINGS, MOST_CUBES = 8, 2, 1 << 20
+MOST_BLOCKS, CUBES_OF_A_BLOCK = 512, 16
 
 
 class Reach(NamedTuple):
@@ -23,17 +27,23 @@ class Reach(NamedTuple):
     zero: Integers  # (3,): the cube that codes count from, the first one of its block
     core: Integers  # (n,): codes of the cubes that hold points of the scan
     codes: Integers  # (m,): of these and of those around them, rising
-
     rings: int  # of cubes beyond them
 
     @classmethod
-    def around(cls, points: Points, edge: float, distance: float) -> Reach:
-        """Return the cubes that lie within a distance of points (N, 3), and some farther out."""
-        cubes = np.floor(points * (CUBES_PER_EDGE / edge)).astype(np.int64)
+    def around(cls, points: Points, edge: float, distance: float, box: Floats) -> Reach:
+        """Return the cubes that lie within a distance of points (N, 3), and some farther out.
+
+        Of fewer rings where they would be too many: of points that no scan has.
+
+        box: (2, 3) lowest and highest coordinates; what is a block beyond them has no cubes.
+        """
+        places = np.clip(points * (CUBES_PER_EDGE / edge), -FARTHEST, FARTHEST)
+        cubes = np.floor(places).astype(np.int64)
         middle = np.sort(cubes, axis=0)[len(cubes) // 2]
         zero = middle // CUBES_PER_EDGE * CUBES_PER_EDGE
-        core = np.unique(_coded(cubes - zero))
-        rings = _rings(distance, edge / CUBES_PER_EDGE)
+        inside = ((points >= box[0] - edge) & (points <= box[1] + edge)).all(axis=1)
+        core = _distinct(_coded(cubes[inside] - zero))
+        rings = _rings(distance, edge / CUBES_PER_EDGE, len(core))
         return cls(edge, CUBES_PER_EDGE, zero, core, _widened(core, rings), rings)
 
     @property
@@ -45,25 +55,37 @@ class Reach(NamedTuple):
         """Return larger cubes that reach a distance beyond the scan's points."""
         cubes = (_decoded(self.core) + self.zero) // 2
         zero, per_edge = self.zero // 2, self.per_edge // 2
-        core = np.unique(_coded(cubes - zero))
-        rings = _rings(distance, self.edge / per_edge)
+        core = _distinct(_coded(cubes - zero))
+        rings = _rings(distance, self.edge / per_edge, len(core))
         return Reach(self.edge, per_edge, zero, core, _widened(core, rings), rings)
 
-    def by_block(self) -> tuple[list[Index], Mask]:
-        """Return the blocks that cubes lie in, z slowest, and which cubes of each, x fastest."""
+    def by_block(self) -> tuple[list[Index], list[Integers]]:
+        """Return the blocks that cubes lie in, z slowest, and which cubes of each, x fastest.
+
+        Where they are more than any scan lies in, those that have the most cubes.
+        """
         cubes = _decoded(self.codes) + self.zero
         blocks, inside = np.divmod(cubes, self.per_edge)
         order = np.lexsort(blocks.T)
         blocks = blocks[order]
         is_next = (np.diff(blocks, axis=0, prepend=blocks[:1] - 1) != 0).any(axis=1)
         x, y, z = inside[order].T
-        masks = np.zeros((np.count_nonzero(is_next), self.per_edge**3), bool)
-        masks[np.cumsum(is_next) - 1, (z * self.per_edge + y) * self.per_edge + x] = True
-        return [(i, j, k) for i, j, k in blocks[is_next].tolist()], masks
+        begins = np.append(np.flatnonzero(is_next), len(blocks))
+        sizes, chosen = np.diff(begins), np.arange(len(begins) - 1)
+        most = max(MOST_BLOCKS, len(self.core) // CUBES_OF_A_BLOCK)
+        if len(chosen) > most:
+            chosen = np.sort(np.argsort(-sizes, kind='stable')[:most])
+        numbers = (z * self.per_edge + y) * self.per_edge + x
+        spans = zip(begins[chosen].tolist(), begins[chosen + 1].tolist(), strict=True)
+        of_each = [numbers[begin:end] for begin, end in spans]
+        return [(i, j, k) for i, j, k in blocks[begins[chosen]].tolist()], of_each
 
 
-def _rings(distance: float, cube: float) -> int:
-    return max(math.ceil(distance / cube), 1)
+def _rings(distance: float, cube: float, count: int) -> int:
+    """Return how many rings of cubes reach a distance, or as many as may be around so many."""
+    most = int(((MOST_CUBES / max(count, 1)) ** (1.0 / 3.0) - 1.0) / 2.0)
+    most = min(max(most, MANY_RINGS), MOST_RINGS)
+    return max(math.ceil(min(distance / cube, most)), 1)
 
 
 def _coded(cubes: Integers) -> Integers:
@@ -78,10 +100,16 @@ def _decoded(codes: Integers) -> Integers:
     return cubes - (1 << BITS - 1)
 
 
+def _distinct(codes: Integers) -> Integers:
+    """Return what `np.unique` does, which takes twenty times as long: it hashes them."""
+    codes = np.sort(codes)
+    return codes[np.diff(codes, prepend=codes[:1] - 1) != 0]
+
+
 def _widened(codes: Integers, rings: int) -> Integers:
     for axis in range(3):
         steps = np.arange(-rings, rings + 1) << axis * BITS
-        codes = np.unique(codes[:, None] + steps)
+        codes = _distinct((codes[:, None] + steps).ravel())
     return codes
 
 

@@ -136,8 +136,14 @@ class Cloud:
         """Whether it is a part of a map, beside which there is more."""
         return False
 
-    def around(self, source: Cloud, T: Transform, radius: float) -> Cloud:
-        """Return what a source can meet within a radius at T, between the origins: all of it."""
+    def around(
+        self, source: Cloud, T: Transform, radius: float, workers: Workers = ALONE
+    ) -> Cloud:
+        """Return what a source can meet within a radius at T, between the origins: all of it.
+
+        Raises:
+            OutOfTime: of a part of a map, that the workers are late.
+        """
         return self
 
     def bounds(self) -> tuple[Point, Point]:

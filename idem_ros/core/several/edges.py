@@ -7,17 +7,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Mask, Transform, Transforms
-from idem_ros.core.blocks import Workers, in_threads
+from idem_ros.core.blocks import OutOfTime, Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.registration import register
+from idem_ros.core.registration import SOLVER, registered
 from idem_ros.core.several.joint_agreement import JointAgreement
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict, Edge
 from idem_ros.core.several.system import parts_of
+from idem_ros.core.solve.sweep import sweep_of
 from idem_ros.core.solve.tuning import TrustTuning
+from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import WIDER, Assessment, Verdict
+from idem_ros.core.trust.prior import Guess, information_of_guess
 
 
 class Audit(NamedTuple):
@@ -29,11 +32,19 @@ class Audit(NamedTuple):
     workers: Workers
 
     def of(self, target: Cloud, source: Cloud, T_target_source: Transform) -> Assessment:
-        """Return what is to be thought of a pose."""
-        config = replace(
-            self.config, mode='audit', assessment='verdict', budget_ms=None, threads=1
-        )
-        result = register(target, source, T_target_source, config, trust=self.trust)
+        """Return what is to be thought of a pose.
+
+        Raises:
+            OutOfTime: the workers are late.
+        """
+        config = replace(self.config, mode='audit', assessment='verdict', threads=1)
+        guess = Guess(T_target_source, information_of_guess(None, config))
+        workers = self.workers._replace(threads=1)
+        sweep = sweep_of(source, None, config)
+        both = workers, workers
+        result = registered(target, sweep, guess, config, SOLVER, self.trust, both)
+        if result.status is Status.LATE:
+            raise OutOfTime
         assert result.assessment is not None, 'it was asked for'
         return result.assessment
 

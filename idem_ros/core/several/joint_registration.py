@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Point, Transforms
-from idem_ros.core.blocks import OutOfTime, Workers
-from idem_ros.core.config import RegistrationConfig
+from idem_ros.core.blocks import OutOfTime, Workers, in_threads
+from idem_ros.core.config import AUTO, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.entropy import length_unit
@@ -86,8 +86,10 @@ def register_all(
     problem = checked_problem(clouds, poses, held, priors, Workers(config.threads))
     if problem.is_a_pair:
         return pair_outcome(problem, config, tuning, trust)
-    config = with_voxel_size(config, *problem.clouds)
     try:
+        if config.voxel_size == AUTO:
+            in_threads(workers, lambda cloud: cloud.voxel_fit(), problem.clouds)
+        config = with_voxel_size(config, *problem.clouds)
         prepared = _prepared(problem, config, tuning, workers)
         if not prepared.stages:
             return unsolved(problem, config, prepared.sizes)

@@ -88,7 +88,7 @@ class Pair(NamedTuple):
     def around(self, T: Transform) -> Pair:
         """Return the pair with what of the target the source can meet at T."""
         radius = self.stages[-1].radius
-        return self._replace(target=self.target.around(self.source, T, radius))
+        return self._replace(target=self.target.around(self.source, T, radius, self.workers))
 
     def balls(self, stage: Stage) -> Balls:
         """Return the `Balls` of a stage, on voxels as coarse as it is wide."""

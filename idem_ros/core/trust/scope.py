@@ -90,7 +90,8 @@ def _is_flat(points: Points, thickness: float) -> bool:
 def _steps(cloud: Cloud, tolerated: float) -> tuple[str, float]:
     """Return the axis that float32 has rounded most, and its step; 0.0 where none is coarse."""
     sample = _sampled(cloud.points) + cloud.origin
-    steps = np.spacing(np.abs(sample).max(axis=0).astype(np.float32))
+    # where half of them are: a stray, however far, says nothing of the others
+    steps = np.spacing(np.median(np.abs(sample), axis=0).astype(np.float32))
     axis = int(np.argmax(steps))
     values = sample[:, axis]
     # doubles, and what was printed with all its digits, stand between the steps

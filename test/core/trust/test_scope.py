@@ -76,6 +76,12 @@ def test_only_the_source_may_be_rounded(room_pair):
     assert 'of the source stands in steps' in said.reason
 
 
+def test_a_stray_far_off_does_not_make_float32_coarse(room_pair):
+    target, source = (cloud.astype(np.float32) for cloud in room_pair)
+    source[0] = 1e9, -1e9, 1e9
+    assert 'stands in steps' not in register(target, source, None, CONFIG).assessment.reason
+
+
 def test_map_coordinates_in_doubles_are_in_scope(room_pair):
     target, source = (cloud + UTM for cloud in room_pair)
     assert register(target, source, None, CONFIG).assessment.verdict is Verdict.ALIGNED
