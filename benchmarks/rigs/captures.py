@@ -25,7 +25,7 @@ def capture_goals(config):
     """
     if not FOLDER.is_dir():
         return [], ''
-    found = [calibrate([_instant(name)], _starts(name), config) for name in CAPTURES]
+    found = [calibrate([_instant(name)], captures_starts(name), config) for name in CAPTURES]
     goals, squares, rows = [], [], []
     for s, name in enumerate(NAMES[1:], start=1):
         first, second = (each.sensors[s] for each in found)
@@ -58,7 +58,7 @@ def _instant(name):
     return Instant(name, clouds)
 
 
-def _starts(name):
+def captures_starts(name):
     """Return the nominal poses of a capture: roll, pitch, yaw [deg] and x y z."""
     lines = (FOLDER / name / 'initial_extrinsic.txt').read_text().splitlines()
     rows = [line.partition(':')[2].split() for line in lines if line.startswith('(Roll')]

@@ -2,18 +2,20 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.calibration.contradiction import contradiction
 from idem_ros.calibration.fusion import Fused, fused
 from idem_ros.calibration.instant import Solved, solved
-from idem_ros.calibration.placing import placed
+from idem_ros.calibration.placing import REACH_DEG, REACH_M, is_within, placed
 from idem_ros.calibration.rig_motion import places, step_between
 from idem_ros.core import IdemError
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.core.several.joint_result import USABLE
 
 NEAR = 2  # stages
+UNKNOWN = 0.25  # probability of what no verdict tells of: what is wrong has a tenth at most
 TRIED = 3  # instants that are looked at for where the sensors are, about
 
 
@@ -102,7 +104,21 @@ def _leader(instants, starts, config):
         tried.append(solved(each.instant, poses, _near(config)))
         if tried[-1].is_usable:
             return tried[-1]
-    return max(tried, key=lambda each: each.score)
+    return max(reversed(tried), key=lambda each: _score(each, starts))
+
+
+def _score(each, starts):
+    """Return how well an instant is believed: probabilities of its sensors, summed.
+
+    Of those that meet others, and are not farther from their starts than any start is off.
+    """
+    return sum(
+        np.nan_to_num(said.p_aligned, nan=UNKNOWN)
+        for said, meets, pose, start in zip(
+            each.verdicts, each.meets, each.poses, starts, strict=True
+        )
+        if meets and is_within(pose, start, REACH_M, REACH_DEG)
+    )
 
 
 def _spread_out(instants):

@@ -55,15 +55,6 @@ class Solved:
         """Whether all of those that were heard can be built upon."""
         return self.result is not None and all(self.usable[s] for s in self.instant.heard)
 
-    @property
-    def score(self):
-        """How well it is believed: probabilities of being right, summed over the sensors."""
-        return sum(
-            said.p_aligned
-            for said, meets in zip(self.verdicts, self.meets, strict=True)
-            if meets and said.p_aligned == said.p_aligned
-        )
-
 
 def solved(instant, starts, config):
     """Return the `Solved` of an `Instant` from starts (S, 4, 4); the reference is held."""

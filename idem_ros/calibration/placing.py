@@ -1,7 +1,7 @@
 """Sensors put in place from starts up to 45 deg and 0.5 m off: one after the other, many tries.
 
 Each is registered at coarse voxels to the union of those in place, as it starts and turned about
-many axes; the verdict chooses among the tries, and who is placed next.
+many axes; the verdict, and how many tries end in one place, choose among them, and who is next.
 """
 
 import itertools
@@ -16,8 +16,11 @@ from idem_ros.core.trust.verdict import LEAST_PROBABILITY
 
 TURNS_DEG = {1: 30.0, 3: 42.0}  # by how many axes it is about at once: fills a ball of 45 deg
 REACH_DEG, REACH_M = 60.0, 1.5  # what ends farther from its start is another valley
-NARROW = 3  # stages
-COARSER = 3.0  # voxels, than those that all are calibrated by
+# Voxels, over those that all are calibrated by, and the last of the stages: wide balls find what
+# is far, and draw clouds that meet at their rims over one another.
+TRIED = (3.0, 4), (1.5, 3)
+LEAST_OVERLAP = 0.05
+SAME_M, SAME_DEG = 0.1, 1.0  # tries that end so near end in one place
 
 
 def placed(instant, starts, config):
@@ -29,10 +32,9 @@ def placed(instant, starts, config):
         config: `RegistrationConfig` that the solve is by.
     """
     size, wide = config.voxel_size, config.radius_schedule
-    # clouds that meet at their rims are drawn over one another by wide balls, and found by them
     coarse = [
-        replace(config, voxel_size=size and COARSER * size, radius_schedule=each)
-        for each in dict.fromkeys((wide, wide[-NARROW:]))
+        replace(config, voxel_size=size and coarser * size, radius_schedule=wide[-stages:])
+        for coarser, stages in TRIED
     ]
     poses, in_place = np.array(starts, dtype=np.float64), [0]
     while waiting := [s for s in instant.heard if s not in in_place]:
@@ -42,7 +44,7 @@ def placed(instant, starts, config):
                 (_best(union, instant.clouds[s], poses[s], turns, coarse), s) for s in waiting
             ]
             (p, pose), chosen = max(tries, key=lambda each: each[0][0])
-            if p >= LEAST_PROBABILITY:
+            if p >= 1.0 + LEAST_PROBABILITY:  # of both, in one place
                 break
         if pose is not None:
             poses[chosen] = pose
@@ -51,19 +53,28 @@ def placed(instant, starts, config):
 
 
 def _best(target, source, start, turns, configs):
-    """Return (p, pose) of the try that is likeliest right, near enough to its start; or None."""
-    found = -1.0, None
+    """Return (score, pose) of the likeliest of the tries that end near enough; or (0, None).
+
+    The score is the probability that it is right, and the share of the tries that end there.
+    """
+    ends = []
     for turn, config in itertools.product(turns, configs):
         result = register(target, source, start @ turn, config)
-        pose, p = result.T_target_source, result.assessment.p_aligned
-        if p == p and p > found[0] and _is_near(pose, start):
-            found = p, pose
-    return found
+        pose = result.T_target_source
+        if result.overlap >= LEAST_OVERLAP and is_within(pose, start, REACH_M, REACH_DEG):
+            ends.append((np.nan_to_num(result.assessment.p_aligned), pose))
+    scored = [(p + _share(pose, ends, len(turns) * len(configs)), pose) for p, pose in ends]
+    return max(scored, key=lambda each: each[0], default=(0.0, None))
 
 
-def _is_near(pose, start):
-    degrees = np.degrees(se3.rotation_angle(se3.inverse(start) @ pose))
-    return degrees <= REACH_DEG and np.linalg.norm(pose[:3, 3] - start[:3, 3]) <= REACH_M
+def _share(pose, ends, count):
+    return sum(is_within(end, pose, SAME_M, SAME_DEG) for _, end in ends) / count
+
+
+def is_within(pose, other, metres, degrees):
+    """Return whether two (4, 4) poses in one frame are no farther apart."""
+    turned = np.degrees(se3.rotation_angle(se3.inverse(other) @ pose))
+    return turned <= degrees and np.linalg.norm(pose[:3, 3] - other[:3, 3]) <= metres
 
 
 def _turns():

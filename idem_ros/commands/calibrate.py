@@ -27,6 +27,23 @@ def add_parser(subparsers):
         'that are up to 45 deg and 0.5 m off. The exit code is 0 where every sensor is aligned, '
         'else 1.',
     )
+    _add_inputs(parser)
+    parser.add_argument(
+        '--out',
+        metavar='FOLDER',
+        help='make a folder of the extrinsics as YAML, as joints of a URDF and as '
+        'static_transform_publisher lines, and a picture of the clouds before and after',
+    )
+    parser.add_argument('--json', action='store_true', help='print the result as JSON')
+    add_columns_option(parser)
+    add_max_chunk(parser)
+    add_config_options(parser, without=WITHOUT)
+    add_config_options(parser, config_type=PreprocessingConfig)
+    add_config_options(parser, config_type=PointTimeConfig)
+    parser.set_defaults(run=run)
+
+
+def _add_inputs(parser):
     parser.add_argument(
         'input',
         metavar='CLOUDS',
@@ -63,19 +80,6 @@ def add_parser(subparsers):
         default=INSTANTS,
         help='instants of a recording, spread evenly over it (default: %(default)s)',
     )
-    parser.add_argument(
-        '--out',
-        metavar='FOLDER',
-        help='make a folder of the extrinsics as YAML, as joints of a URDF and as '
-        'static_transform_publisher lines, and a picture of the clouds before and after',
-    )
-    parser.add_argument('--json', action='store_true', help='print the result as JSON')
-    add_columns_option(parser)
-    add_max_chunk(parser)
-    add_config_options(parser, without=WITHOUT)
-    add_config_options(parser, config_type=PreprocessingConfig)
-    add_config_options(parser, config_type=PointTimeConfig)
-    parser.set_defaults(run=run)
 
 
 def run(args):
@@ -84,6 +88,7 @@ def run(args):
     from idem_ros.calibration.sighting import calibrate_sightings
     from idem_ros.calibration.starts import no_starts, read_starts, starts_of
     from idem_ros.calibration.written import moved, write_calibration
+    from idem_ros.commands.calibration_lines import record_text, text
     from idem_ros.files.atomic_folder import require_free
 
     config = config_from(args)
@@ -107,7 +112,8 @@ def run(args):
     notes += moved(names, found, tree)
     if args.out:
         write_calibration(args.out, names, found, tree)
-    print((_json if args.json else _text)(args, (names, found, tree), twists, notes))
+    said = record_text if args.json else text
+    print(said((names, found, tree), twists, notes, args.out))
     return OK if found.is_usable else FAILED
 
 
@@ -213,91 +219,3 @@ def _reference_first(args, found, named):
     if not first:
         raise UsageError(f'--reference is {args.reference}; there are {", ".join(named.values())}')
     return [*first, *(each for each in found if each not in first)]
-
-
-def _text(args, calibrated, twists, notes):
-    from idem_ros.calibration.written import publishers, sensors_table
-
-    names, found, tree = calibrated
-    size = found.voxel_size
-    voxels = 'points as given' if size is None else f'voxels of {size:.6g}'
-    lines = [
-        f'{len(found.instants)} instants, {voxels}; each sensor in the frame of {names[0]}:',
-        '',
-        sensors_table(names, found),
-        *_reasons(names, found),
-        *_motion(found, twists),
-        *(f'note: {each}' for each in notes),
-    ]
-    if args.out:
-        lines.append(f'{args.out}: extrinsics.yaml, joints.urdf, publish.sh, overlay.png')
-    else:
-        lines += publishers(tree.with_poses(names, found.poses))
-    return '\n'.join(lines)
-
-
-def _reasons(names, found):
-    for name, each, usable in zip(names, found.sensors, found.usable, strict=True):
-        if not usable:
-            yield f'{name} is not calibrated: {each.verdict.reason}'
-
-
-def _motion(found, twists):
-    import numpy as np
-
-    from idem_ros.calibration.rig_motion import is_still
-
-    known = [twist for twist in twists.values() if twist is not None]
-    moving = [twist for twist in known if not is_still(twist)]
-    if moving:
-        speed = max(np.linalg.norm(twist[:3]) for twist in moving)
-        rate = max(np.degrees(np.linalg.norm(twist[3:])) for twist in moving)
-        yield (
-            f'the rig moved, by up to {speed:.2f} m/s and {rate:.1f} deg/s: its clouds were put '
-            'to one time each'
-        )
-    elif known:
-        yield 'the rig stood'
-    moved = [np.linalg.norm(step[:3, 3]) for step in found.steps if step is not None]
-    if moved:
-        yield (
-            f'from instant to instant it went {sum(moved):.2f} m, by {len(moved)} of '
-            f'{len(found.steps)} steps; of the others nothing is known'
-        )
-
-
-def _json(args, calibrated, twists, notes):
-    import json
-
-    from idem_ros.calibration.written import record_of
-
-    names, found, tree = calibrated
-    edges = tree.with_poses(names, found.poses)
-    record = {
-        'reference': names[0],
-        'is_usable': found.is_usable,
-        'voxel_size': found.voxel_size,
-        'sensors': {
-            name: {'T_reference_sensor': each.pose.tolist(), **record_of(each)}
-            for name, each in zip(names, found.sensors, strict=True)
-        },
-        'transforms': [
-            {'parent': parent, 'child': child, 'T_parent_child': T.tolist()}
-            for child, (parent, T) in edges.items()
-        ],
-        'instants': [
-            {
-                'name': each.instant.name,
-                'poses': each.poses.tolist(),
-                'verdicts': [said.verdict.value for said in each.verdicts],
-                'twist': _listed(twists[each.instant.name]),
-            }
-            for each in found.instants
-        ],
-        'notes': notes,
-    }
-    return json.dumps(record, indent=2, allow_nan=False)
-
-
-def _listed(twist):
-    return None if twist is None else twist.tolist()

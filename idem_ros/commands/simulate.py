@@ -41,6 +41,14 @@ def add_parser(subparsers):
     parser.add_argument('--seed', type=int, default=SEED, help='(default: %(default)s)')
     parser.add_argument('--scans', type=int, default=SCANS, help='(default: %(default)s)')
     parser.add_argument(
+        '--lidars', type=int, metavar='N', help=f'a rig of so many, 2 to {MOST_LIDARS}'
+    )
+    _add_motion(parser)
+    parser.set_defaults(run=run)
+
+
+def _add_motion(parser):
+    parser.add_argument(
         '--scene', choices=SCENES, default=SCENES[0], help='(default: %(default)s)'
     )
     parser.add_argument('--speed', type=float, metavar='M/S', help='drive while scanning')
@@ -53,10 +61,6 @@ def add_parser(subparsers):
     parser.add_argument(
         '--sweep', type=float, metavar='S', help=f'what a scan takes (default: {SWEEP_S:g})'
     )
-    parser.add_argument(
-        '--lidars', type=int, metavar='N', help=f'a rig of so many, 2 to {MOST_LIDARS}'
-    )
-    parser.set_defaults(run=run)
 
 
 def run(args):
