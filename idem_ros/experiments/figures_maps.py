@@ -108,7 +108,7 @@ FIGURES = (
         18,
         17,
         'S1-S2',
-        (Row(XY, Grid(0.1, 0.005, 0.01), Grid(10.0, 0.5, 2.5), (0, 6.40, 7.28)),),
+        (Row(XY, Grid(0.1, 0.005, 0.02), Grid(10.0, 0.5, 2.5), (0, 6.40, 7.28)),),
         'LiDAR stairs, partially overlapping: q_tot within 0.1 m, RMSE within 10 m.',
     ),
 )

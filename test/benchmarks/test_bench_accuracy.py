@@ -129,28 +129,26 @@ def test_rows_bear_unique_names_and_are_found_by_a_part_of_them():
     assert 0 < len(accuracy_rows(quick=True)) < len(rows)
 
 
-def test_the_command_measures_one_row_and_writes_what_was_asked_for(tmp_path, capsys):
-    pytest.importorskip('small_gicp')
-    out = tmp_path / 'a.json'
-    assert main(['accuracy', '--quick', '--rows', 'density', '--json', str(out)]) == 0
-    assert json.loads(out.read_text())['rows'][0]['name'] == 'density 10:1'
-    assert '| density 10:1' in capsys.readouterr().out
-
-
-def test_the_peers_of_an_earlier_run_are_taken_as_they_were(tmp_path, capsys):
+def test_the_command_measures_one_row_and_takes_the_peers_of_an_earlier_run(tmp_path, capsys):
     pytest.importorskip('small_gicp')
     first, second = tmp_path / 'first.json', tmp_path / 'second.json'
     command = ['accuracy', '--quick', '--rows', 'density']
     assert main([*command, '--json', str(first)]) == 0
+    assert json.loads(first.read_text())['rows'][0]['name'] == 'density 10:1'
+    assert '| density 10:1' in capsys.readouterr().out
     assert main([*command, '--peers', str(first), '--json', str(second)]) == 0
     assert json.loads(second.read_text()) == json.loads(first.read_text())
-    record = json.loads(first.read_text())
-    record['rows'][0]['levels'][0][0]['runs'] = 20
-    second.write_text(json.dumps(record))
-    assert main([*command, '--peers', str(second)]) == 1
-    assert 'give --quick both times or never' in capsys.readouterr().err
-    assert main([*command[:-1], 'holes', '--peers', str(first)]) == 1
-    assert "lacks the row 'holes'" in capsys.readouterr().err
+
+
+def test_peers_of_other_runs_or_rows_are_refused(tmp_path):
+    earlier = tmp_path / 'earlier.json'
+    (ours,) = accuracy_report.json_record([result((1.0, 1.0), (1.0, 1.0))])['rows']
+    ours['levels'][0][0]['runs'] += 1
+    earlier.write_text(json.dumps({'rows': [ours]}))
+    with pytest.raises(NotMeasured, match='give --quick both times or never'):
+        with_peers_of([result((1.0, 1.0), (1.0, 1.0))], earlier)
+    with pytest.raises(NotMeasured, match="lacks the row 'holes'"):
+        with_peers_of([replace(result((1.0, 1.0), (1.0, 1.0)), name='holes')], earlier)
 
 
 @pytest.mark.parametrize('content', ['', '[]', '{}', 'no JSON'])

@@ -86,7 +86,7 @@ def test_without_a_folder_for_results_only_the_table_is_printed(folder, capsys):
 
 
 def test_what_cannot_be_read_is_named_and_the_others_go_on(broken, capsys):
-    assert main(['evaluate', 'drives', '--jobs', '2', '--out', 'out']) == 1
+    assert main(['evaluate', 'drives', '--jobs', '1', '--out', 'out']) == 1
     out, err = capsys.readouterr()
     assert 'not evaluated: drives/z.mcap' in out
     (line,) = (each for each in err.splitlines() if 'not evaluated' in each)
@@ -99,7 +99,7 @@ def test_what_cannot_be_read_is_named_and_the_others_go_on(broken, capsys):
 
 
 def test_called_again_only_what_is_missing_is_done(broken, capsys):
-    argv = ['evaluate', 'drives', '--jobs', '2', '--out', 'out']
+    argv = ['evaluate', 'drives', '--jobs', '1', '--out', 'out']
     assert main(argv) == 1
     before = results_in(broken)
     capsys.readouterr()
@@ -184,7 +184,7 @@ def test_the_same_recording_in_two_places_is_one_result(folder, capsys):
 
 
 def test_as_a_program_it_evaluates_too(folder):
-    argv = [sys.executable, '-m', 'idem_ros.commands.entry', 'evaluate', 'drives', '--jobs', '2']
+    argv = [sys.executable, '-m', 'idem_ros.commands.entry', 'evaluate', 'drives', '--jobs', '1']
     ended = subprocess.run(argv, capture_output=True, text=True, timeout=300, check=False)
     assert ended.returncode == 0, ended.stderr
     assert '3 of 3 recordings evaluated' in ended.stdout

@@ -2,17 +2,16 @@ import os
 import subprocess
 import sys
 
-REGISTER = """
+EVALUATE = """
 import numpy as np
-from idem_ros.core import RegistrationConfig, register
+from idem_ros.core import q_per_point
 rng = np.random.default_rng(0)
 def surface():
     x, y = 10 * rng.random((2, 4000))
     return np.c_[x, y, np.sin(x) + np.cos(2 * y) / 2 + 0.02 * rng.normal(size=len(x))]
 guess = np.eye(4)
 guess[:3, 3] = 0.1, 0.05, -0.1
-result = register(surface(), surface(), guess, RegistrationConfig(voxel_size=0.3))
-print(result.status, *(x.hex() for x in result.T_target_source.ravel()), result.q_tot.hex())
+print(*(x.hex() for q in q_per_point(surface(), surface(), guess) for x in q))
 """
 
 
@@ -20,7 +19,7 @@ def test_a_process_that_compiles_says_so_and_gives_the_bits_of_one_that_need_not
     environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)}
     cold, warm = (
         subprocess.run(
-            [sys.executable, '-c', REGISTER],
+            [sys.executable, '-c', EVALUATE],
             env=environment,
             capture_output=True,
             text=True,
@@ -30,5 +29,5 @@ def test_a_process_that_compiles_says_so_and_gives_the_bits_of_one_that_need_not
     )
     assert cold.stderr == 'compiling kernels: up to half a minute, once\n'
     assert warm.stderr == ''
-    assert cold.stdout.startswith('Status.CONVERGED')
+    assert len(cold.stdout.split()) == 8000
     assert cold.stdout == warm.stdout

@@ -16,7 +16,7 @@ from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.refinement.refiner import Refiner
 
-EXAMPLES = int(os.environ.get('IDEM_FUZZ', '500'))
+EXAMPLES = int(os.environ.get('IDEM_FUZZ', '200'))
 SMALL = 200_000  # [bytes] that Python and numpy take for a message of no size
 many = settings(
     max_examples=EXAMPLES,

@@ -11,7 +11,7 @@ from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.recording.cdr import to_cdr
 from idem_ros.recording.reader import open_recording
 
-SOURCES = 2
+SOURCES = 1
 CONFIGS = [
     path for path in sorted(ROOT.glob('config/*.yaml')) if not path.stem.startswith('audit')
 ]

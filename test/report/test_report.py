@@ -10,11 +10,26 @@ from idem_ros.report import plots as report_plots
 from idem_ros.report.folder import write_report
 
 
-@pytest.fixture(autouse=True)
-def few_measures(monkeypatch):
+@pytest.fixture(scope='module', autouse=True)
+def _few_measures():
     """Errors alone: to draw every measure takes seconds."""
-    chosen = report_plots.MEASURES[:1]
-    monkeypatch.setattr(report_plots, 'MEASURES', chosen)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_plots, 'MEASURES', report_plots.MEASURES[:1])
+        yield
+
+
+@pytest.fixture(scope='module')
+def drawn(tmp_path_factory):
+    """A result, the page of its report, and what was said of the progress."""
+    folder, said = tmp_path_factory.mktemp('drawn'), []
+
+    def progress(frames, total):
+        frames = list(frames)
+        said.extend([total, len(frames)])
+        return frames
+
+    result = write_replayed(folder)
+    return result, write_report([result], folder / 'report', progress), said
 
 
 def links(page):
@@ -23,17 +38,17 @@ def links(page):
     return {name: base64.b64decode(content).decode() for name, content in found}
 
 
-def test_a_report_is_a_page_with_its_pictures_and_tables_beside(tmp_path):
-    page = write_report([write_replayed(tmp_path)], tmp_path / 'report')
-    assert page == tmp_path / 'report' / 'report.html'
+def test_a_report_is_a_page_with_its_pictures_and_tables_beside(drawn):
+    result, page, _ = drawn
+    assert page == result.parent / 'report' / 'report.html'
     names = {file.name for file in page.parent.iterdir()}
     expected = {'frames_result.csv', 'worst_result.csv', 'translation_error_m_over_time.png'}
     assert expected | {'worst_result_0_q_tot.png'} <= names
     assert {name.rpartition('.')[2] for name in names} == {'html', 'png', 'csv'}
 
 
-def test_what_can_be_downloaded_is_what_lies_beside(tmp_path):
-    page = write_report([write_replayed(tmp_path)], tmp_path / 'report')
+def test_what_can_be_downloaded_is_what_lies_beside(drawn):
+    _, page, _ = drawn
     downloads = links(page.read_text())
     beside = {file.name: file.read_text() for file in page.parent.glob('*.csv')}
     assert downloads == beside
@@ -47,11 +62,11 @@ def test_a_name_that_is_not_utf_8_is_shown_with_its_bytes_escaped(tmp_path):
     assert 're\\udcffsult' in page
 
 
-def test_the_same_results_give_the_same_report_to_the_byte(tmp_path):
-    result = write_replayed(tmp_path)
+def test_the_same_results_give_the_same_report_to_the_byte(drawn, tmp_path):
+    result, page, _ = drawn
     contents = [
-        {file.name: file.read_bytes() for file in write_report([result], folder).parent.iterdir()}
-        for folder in (tmp_path / 'first', tmp_path / 'second')
+        {file.name: file.read_bytes() for file in each.parent.iterdir()}
+        for each in (page, write_report([result], tmp_path / 'second'))
     ]
     assert contents[0] == contents[1]
 
@@ -81,14 +96,6 @@ def test_a_full_disk_leaves_nothing(tmp_path, monkeypatch):
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_progress_counts_the_frames_that_are_drawn(tmp_path):
-    totals = []
-
-    def progress(frames, total):
-        totals.append(total)
-        frames = list(frames)
-        totals.append(len(frames))
-        return frames
-
-    write_report([write_replayed(tmp_path)], tmp_path / 'report', progress)
-    assert totals == [4, 4]
+def test_progress_counts_the_frames_that_are_drawn(drawn):
+    _, _, said = drawn
+    assert said == [4, 4]

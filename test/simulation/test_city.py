@@ -30,7 +30,7 @@ def test_a_cell_is_the_same_whenever_it_is_made(town):
 
 def test_a_town_of_many_cells_keeps_a_few():
     large = Town(0, 300)
-    for i in range(0, 300, 3):
+    for i in range(0, 300, 8):
         large.near((BLOCK * i, BLOCK * i), 10.0)
     assert len(large._cells) <= CELLS_KEPT
 

@@ -73,8 +73,7 @@ def test_what_was_prepared_before_changes_no_bit(terrain, scan):
     fresh = bits_of(register(MapCloud(terrain), points, guess, CONFIG))
     used, small = MapCloud(terrain), MapCloud(terrain, cache_bytes=100_000)
     for some in (used, small):
-        for shift in ((50.0, 20.0, 0.0), (-40.0, 10.0, 0.0)):
-            register(some, points, se3.translation(shift) @ guess, CONFIG)
+        register(some, points, se3.translation((50.0, 20.0, 0.0)) @ guess, CONFIG)
         assert bits_of(register(some, points, guess, CONFIG)) == fresh
         assert bits_of(register(some, points, guess, CONFIG)) == fresh
     assert small.bytes < 300_000
