@@ -16,15 +16,15 @@ DISTANCES = (1.0, 3.0)  # correspondence distances of GICP to choose from, in sp
 
 
 def solve_all(scene, config):
-    """Return {method: (K, 4, 4) poses}; of multiway GICP one for each `DISTANCES`.
+    """Return the `JointResult`, and {method: (K, 4, 4) poses}: multiway GICP at each `DISTANCES`.
 
     The graphs start from the truth, so that nothing but their edges decides.
     """
     clouds = [Cloud(points) for points in scene.clouds]
     edges = {pair: _registered(clouds, scene, pair, config) for pair in scene.pairs}
-    count = len(clouds)
+    count, joint = len(clouds), register_all(clouds, scene.starts, config)
     found = {
-        JOINT: register_all(clouds, scene.starts, config).poses,
+        JOINT: joint.poses,
         CHAIN: _chained([edges[min(k, k + 1), k + 1].T_target_source for k in range(count - 1)]),
     }
     weighed = [
@@ -35,7 +35,7 @@ def solve_all(scene, config):
     found[GRAPH] = solved_graph(weighed, scene.truth)
     for distance in DISTANCES:
         found[MULTIWAY, distance] = _multiway(scene, distance)
-    return found
+    return joint, found
 
 
 def solved_graph(edges, truth):
@@ -92,12 +92,21 @@ def _multiway(scene, distance):
     edges = []
     for i, j in scene.pairs:
         guess = se3.inverse(scene.starts[i]) @ scene.starts[j]
-        truth = se3.inverse(scene.truth[i]) @ scene.truth[j]
-        case = Case(f'{i}-{j}', scene.clouds[i], scene.clouds[j], truth, scene.voxel_size)
-        ((_, solve),) = peer_solvers(case, [Setting('GICP', distance)])
-        T, _ = solve(guess)
-        edges.append((i, j, T, _root(np.linalg.inv(_information(case, T, distance)))))
+        T = solved_by_gicp(scene, (i, j), guess, distance)
+        information = _information(_case(scene, i, j), T, distance)
+        edges.append((i, j, T, _root(np.linalg.inv(information))))
     return solved_graph(edges, scene.truth)
+
+
+def solved_by_gicp(scene, pair, guess, distance):
+    """Return where small_gicp's GICP puts the second cloud of a pair in the first."""
+    ((_, solve),) = peer_solvers(_case(scene, *pair), [Setting('GICP', distance)])
+    return solve(guess)[0]
+
+
+def _case(scene, i, j):
+    truth = se3.inverse(scene.truth[i]) @ scene.truth[j]
+    return Case(f'{i}-{j}', scene.clouds[i], scene.clouds[j], truth, scene.voxel_size)
 
 
 def _information(case, T, distance):
