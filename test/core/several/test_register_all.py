@@ -241,3 +241,28 @@ def test_more_points_than_memory_bounds_are_refused(rng):
     cloud = Cloud(rng.random((50_000, 3)))
     with pytest.raises(InvalidConfig, match='larger voxel_size'):
         register_all([cloud] * 100, config=QUIET)
+
+
+def test_any_number_of_threads_gives_the_same_result(ring):
+    scans, _, starts = ring
+    one, three = (
+        register_all(scans, starts, RegistrationConfig(voxel_size=None, threads=threads))
+        for threads in (1, 3)
+    )
+    np.testing.assert_array_equal(three.poses, one.poses)
+    np.testing.assert_array_equal(three.covariance, one.covariance)
+    assert three.q_tot == one.q_tot
+    assert [edge.p_aligned for edge in three.edges] == [edge.p_aligned for edge in one.edges]
+
+
+def test_the_gap_of_an_edge_is_how_far_the_two_alone_would_have_the_second_cloud(ring):
+    scans, truth, _ = ring
+    poses = truth.copy()
+    poses[3, 2, 3] += 0.004
+    config = RegistrationConfig(voxel_size=None, mode='audit')
+    edges = register_all(scans, poses, config).edges
+    (edge,) = (edge for edge in edges if (edge.i, edge.j) == (2, 3))
+    found = truth[2, :3, :3] @ edge.gap[:3]  # about the origin of cloud 3, in common axes
+    middle = truth[3, :3, :3] @ scans[3].mean(axis=0)
+    found += np.cross(truth[2, :3, :3] @ edge.gap[3:], middle)
+    np.testing.assert_allclose(found, [0.0, 0.0, 0.004], atol=0.002)
