@@ -14,8 +14,9 @@ from benchmarks.commands.outputs import (
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
-from idem_ros.commands.main import CommandLine, run
+from idem_ros.commands.main import run
 from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.terminal.command_line import CommandLine
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 

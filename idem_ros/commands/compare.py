@@ -14,7 +14,10 @@ interval, and whether B is
   better, worse   the whole interval is below or above zero
   cannot tell     zero is in it, or fewer than six frames have the measure
 
-Less is better in all of them. The interval is that of the sign test: exact, whatever
+Below, what became of all sources of each: frames, refused, dropped, without a
+partner, and the verdicts; medians do not show what was lost.
+
+Less is better in all of the measures. The interval is that of the sign test: exact, whatever
 the distribution, if frames are independent. q_tot compares within one radius and one
 length_scale only: frames of another radius are left out of it. A significant
 difference may be too small to matter: look at its size, too.
@@ -69,15 +72,28 @@ def _text(a, b, comparison):
         for d in comparison.differences
     ]
     header = ['median of', 'A', 'B', 'B - A', '95 % interval', 'frames', 'B is']
-    return '\n'.join(lines) + '\n' + table(header, rows).rstrip()
+    tables = table(header, rows), table(['sources', 'A', 'B', 'B - A'], _tallies(a, b))
+    return '\n'.join([*lines, '\n'.join(tables).rstrip()])
+
+
+def _tallies(a, b):
+    """Return a row for each thing that became of sources: what medians do not show."""
+    from idem_ros.results.comparison import tally
+
+    of_a, of_b = tally(a), tally(b)
+    counts = {name: (of_a.get(name, 0), of_b.get(name, 0)) for name in {**of_a, **of_b}}
+    return [(name, *map(str, each), f'{each[1] - each[0]:+d}') for name, each in counts.items()]
 
 
 def _json(a, b, comparison):
     import json
     from dataclasses import asdict
 
+    from idem_ros.results.comparison import tally
+
     record = {
         **{name: {'path': r.path, 'bag': r.bag} for name, r in (('a', a), ('b', b))},
+        'sources': {'a': tally(a), 'b': tally(b)},
         'frames': {name: getattr(comparison, name) for name in ('shared', 'only_a', 'only_b')},
         'differences': [{**asdict(d), 'verdict': d.verdict.value} for d in comparison.differences],
     }

@@ -1,11 +1,13 @@
 """How `idem` ends: 0, or a code that says whose turn it is."""
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.terminal.command_line import USAGE
 
 OK = 0
 FAILED = 1
-USAGE = 2
 INTERRUPTED = 130
+
+__all__ = ['FAILED', 'INTERRUPTED', 'OK', 'USAGE', 'UsageError']
 
 
 class UsageError(IdemError):

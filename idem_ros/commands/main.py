@@ -5,7 +5,6 @@ import logging
 import os
 import sys
 from contextlib import redirect_stdout
-from difflib import get_close_matches
 
 from idem_ros.commands import (
     align,
@@ -29,6 +28,7 @@ from idem_ros.commands import (
 from idem_ros.commands import map as map_  # the builtin is in use here
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
+from idem_ros.terminal.command_line import CommandLine
 from idem_ros.terminal.interrupts import came
 from idem_ros.terminal.printable import ShownStream, message_line
 
@@ -64,44 +64,6 @@ class _Version(argparse.Action):
 
         print(f'{parser.prog} {version("idem_ros")}')
         parser.exit()
-
-
-class CommandLine(argparse.ArgumentParser):
-    """A parser that says in one line what is wrong, and shows what commands there are."""
-
-    def error(self, message, meant=''):
-        """Say in one line what is wrong, where argparse prints the whole usage first."""
-        hint = f'{meant}see {self.prog} --help'
-        self.exit(USAGE, f'{self.prog}: error: {message_line(message)} ({hint})\n')
-
-    def parse_known_args(self, args=None, namespace=None):
-        """Parse; what is left over is an error of this command, not of the one above it."""
-        namespace, left = super().parse_known_args(args, namespace)
-        if left:
-            option = next((word for word in left if word.startswith('-')), None)
-            name = option.partition('=')[0] if option else ' '.join(left)
-            self.error(f'unrecognized {name}', _meant(name, self._option_string_actions))
-        return namespace, left
-
-    def _check_value(self, action, value):
-        try:
-            super()._check_value(action, value)
-        except argparse.ArgumentError as error:
-            self.error(str(error), _meant(str(value), map(str, action.choices)))
-
-    def add_subparsers(self, **options):
-        """Add commands; who names none is shown what there are."""
-        self.set_defaults(run=self._show_help)
-        return super().add_subparsers(**options)
-
-    def _show_help(self, args):
-        self.print_help(sys.stderr)
-        return USAGE
-
-
-def _meant(word, names):
-    close = get_close_matches(word, names, n=1)
-    return f'did you mean {close[0]}? ' if close else ''
 
 
 def main(argv=None):

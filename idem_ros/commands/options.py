@@ -15,6 +15,7 @@ from idem_ros.parameters.fields import is_optional, is_whole, parameter_name
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.smoothing.config import SmoothingConfig
+from idem_ros.terminal.command_line import WANTED
 
 TITLES = {
     RegistrationConfig: 'registration',
@@ -146,26 +147,26 @@ def _parser_of(field):
     """Return what turns an option's text into a value of the field's type."""
     if isinstance(field.default, tuple):
         return _numbers
-    if words := field.metadata.get('words'):
-        return lambda text: text if text in words else _real_or_none(text)
     kind = int if is_whole(field) else type(field.default)
-    if not is_optional(field):
-        return kind
-    return _whole_or_none if kind is int else _real_or_none
+    if is_optional(field) and kind is not int:
+        kind = float
+    words = {word: word for word in field.metadata.get('words', ())}
+    if is_optional(field):
+        words['none'] = None
+    return _number_or_word(kind, words) if words else kind
 
 
-def _whole_or_none(text):
-    try:
-        return None if text == 'none' else int(text)
-    except ValueError as error:
-        raise ArgumentTypeError(f'{text!r} is neither a whole number nor none') from error
+def _number_or_word(kind, words):
+    """Return what reads a number of a kind, or one of {word: what it stands for}."""
 
+    def read(text):
+        try:
+            return words[text] if text in words else kind(text)
+        except ValueError as error:
+            wanted = ', '.join([f'a {WANTED[kind]}', *list(words)[:-1]])
+            raise ArgumentTypeError(f'{text!r} is not {wanted} or {list(words)[-1]}') from error
 
-def _real_or_none(text):
-    try:
-        return None if text == 'none' else float(text)
-    except ValueError as error:
-        raise ArgumentTypeError(f'{text!r} is neither a number nor none') from error
+    return read
 
 
 def _names(text):

@@ -8,7 +8,7 @@ from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK
 from idem_ros.commands.options import add_max_chunk
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.rclpy_needed import require_rclpy
-from idem_ros.terminal.printable import printable
+from idem_ros.terminal.printable import counted, printable
 
 PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
 
@@ -62,7 +62,8 @@ def run(args):
             return _heard(player, recording)  # Ctrl-C is how a loop ends
         if not player.finish(PATIENCE):
             _say(f'a subscriber has not acknowledged everything after {PATIENCE:.0f} s')
-        print(f'{recording.path}: {count} messages of {len(player.topics)} topics played')
+        topics = counted(len(player.topics), 'topic')
+        print(f'{recording.path}: {counted(count, "message")} of {topics} played')
         code = _heard(player, recording)
     for warning in dict.fromkeys(recording.warnings):
         _say(warning)

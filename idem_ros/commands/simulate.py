@@ -114,17 +114,21 @@ def _city(args):
     from tqdm import tqdm
 
     from idem_ros.files.atomic_folder import filling
-    from idem_ros.simulation.city import write_city
+    from idem_ros.simulation.city import LEAST_BLOCKS, blocks_of, write_city
+    from idem_ros.simulation.town import BLOCK
 
     if args.scene != SCENES[0] or args.speed is not None or args.lidars is not None:
         raise UsageError('--map city is a town of its own, driven at 15 m/s: leave out the rest')
     extent = EXTENT if args.extent is None else args.extent
-    if not 0.0 < extent <= LARGEST_EXTENT:
-        raise UsageError(f'--extent is {extent:g}; it must be up to {LARGEST_EXTENT:g}')
+    if not LEAST_BLOCKS * BLOCK <= extent <= LARGEST_EXTENT:
+        bounds = f'from {LEAST_BLOCKS * BLOCK:g} to {LARGEST_EXTENT:g}'
+        raise UsageError(f'--extent is {extent:g}; it must be {bounds}')
     with filling(args.out) as folder:
         bar = {'unit': 'street', 'leave': False, 'disable': None}
         points = write_city(folder, extent, args.scans, args.seed, lambda each: tqdm(each, **bar))
-    print(f'{args.out}: {args.scans} scans, drive.mcap, in a town of {points} points, map')
+    side = blocks_of(extent) * BLOCK
+    town = f'a town of {points} points and {side:g} x {side:g} m, map'
+    print(f'{args.out}: {args.scans} scans, drive.mcap, in {town}')
     return OK
 
 

@@ -4,6 +4,7 @@ import argparse
 
 from idem_ros.commands.exit_codes import OK
 from idem_ros.commands.options import add_max_chunk
+from idem_ros.terminal.printable import counted
 
 DESCRIPTION = """\
 Write the true poses of BAG as TUM lines (t x y z qx qy qz qw), as `idem trajectory`
@@ -47,7 +48,7 @@ def run(args):
     with open_recording(args.bag, getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
         trajectory, notes = read_truth(recording, args.truth_topic, args.source_topic)
     write_tum(args.out, trajectory.stamps, trajectory.poses)
-    print(f'{args.out}: {len(trajectory)} poses')
+    print(f'{args.out}: {counted(len(trajectory), "pose")}')
     for note in (*notes, *dict.fromkeys(recording.warnings)):
         print(f'note: {note}')
     return OK

@@ -7,6 +7,8 @@ from idem_ros.maps.map_file import read_map_file
 from idem_ros.maps.tile_folder import open_tiles
 from idem_ros.maps.tile_index import find_map
 
+WORTH_SAYING = 10_000_000  # bytes that take a moment to read
+
 logger = logging.getLogger(__name__)
 
 
@@ -29,7 +31,8 @@ def open_map(path, say=logger.info):
         x, y = found.size
         say(f'map {path}: {len(tiles)} tiles of {x:g} x {y:g} m, read as they are needed')
         return tiles
-    say(f'map {found}: reading {found.stat().st_size / 1e6:.3g} MB')
+    if (size := found.stat().st_size) > WORTH_SAYING:
+        say(f'map {found}: reading {size / 1e6:.3g} MB')
     points = read_map_file(found)
     extent = ' x '.join(f'{side:.4g}' for side in points.bounds[1] - points.bounds[0])
     say(f'map {found}: {len(points)} points, {extent} m')

@@ -6,6 +6,7 @@ from idem_ros.core import IdemError
 from idem_ros.node.adapter import NAME
 from idem_ros.node.dead_ports import domain_of, no_dead_ports
 from idem_ros.node.live_registration import LiveRegistration
+from idem_ros.terminal.printable import counted
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -44,7 +45,7 @@ class LifecycleRegistrationNode(LifecycleNode):
         before = self.registration.dropped
         self.registration.stop()
         if dropped := self.registration.dropped - before:
-            self.get_logger().info(f'deactivated: {dropped} sources that waited are dropped')
+            self.get_logger().info(f'deactivated: dropped {counted(dropped, "waiting source")}')
         return SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -6,6 +6,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from idem_ros.pairing.guesses import POSE, STREAMED
+from idem_ros.terminal.printable import counted
 
 VOLATILE, TRANSIENT_LOCAL = 'volatile', 'transient_local'
 
@@ -47,7 +48,7 @@ def offers_on(node: Node, topic: str) -> list[Offer]:
 def in_words(topic: str, offers: list[Offer]) -> str:
     """Say how many publishers a topic has, and what they offer."""
     kinds = '; '.join(sorted({str(each) for each in offers}))
-    return f'{topic} has {len(offers)} publishers' + (f' ({kinds})' if kinds else '')
+    return f'{topic} has {counted(len(offers), "publisher")}' + (f' ({kinds})' if kinds else '')
 
 
 def durabilities_for(offers: list[Offer]) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
 from idem_ros.node.rclpy_needed import RclpyMissing, require_rclpy
+from idem_ros.terminal.command_line import CommandLine
 
 FAILED = 1
 USAGE_ERROR = 2
@@ -136,7 +137,7 @@ def _name_other_nodes(node, args: list[str]) -> None:
 def _own_arguments(args: list[str] | None) -> argparse.Namespace:
     from rclpy.utilities import remove_ros_args
 
-    parser = argparse.ArgumentParser('idem_node', description=DESCRIPTION)
+    parser = CommandLine('idem_node', description=DESCRIPTION)
     parser.add_argument(
         '--find',
         metavar='SECONDS',
@@ -150,10 +151,10 @@ def _own_arguments(args: list[str] | None) -> argparse.Namespace:
 
 
 def _seconds(text: str) -> float:
-    seconds = float(text)
-    if not 0.0 < seconds <= 3600.0:
-        raise argparse.ArgumentTypeError(f'{text} must be seconds above 0, and an hour at most')
-    return seconds
+    with suppress(ValueError):
+        if 0.0 < (seconds := float(text)) <= 3600.0:
+            return seconds
+    raise argparse.ArgumentTypeError(f'{text!r} is no time above 0 and up to an hour, in seconds')
 
 
 def _said(error: Exception, code: int) -> int:

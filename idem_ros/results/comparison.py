@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.results.result_file import COUNTS
 
 MEASURES = {
     'translation_error_m': 'translation error [m]',
@@ -89,6 +90,13 @@ def compare(a, b):
         len(of_b) - len(shared),
         tuple(_difference(measure, a, b, in_a, in_b) for measure in MEASURES),
     )
+
+
+def tally(result):
+    """Return {what: how many sources}: what became of those of a result, and their verdicts."""
+    verdicts = Counter(frame.get('verdict') for frame in result.frames)
+    judged = {f'verdict {name}': verdicts[name] for name in sorted(filter(None, verdicts))}
+    return {name: result.counts[name] for name in COUNTS} | judged
 
 
 def _require_same_recording(a, b):

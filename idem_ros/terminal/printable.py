@@ -69,3 +69,8 @@ class ShownStream:
         """Write several texts."""
         for line in lines:
             self.write(line)
+
+
+def counted(count, noun):
+    """Return a number with what it counts: 1 publisher, 2 publishers."""
+    return f'{count} {noun}' if count == 1 else f'{count} {noun}s'

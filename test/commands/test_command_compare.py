@@ -70,3 +70,17 @@ def test_what_cannot_be_compared_gets_one_line(folder, capsys, argv, words):
     assert captured.err.startswith('idem: error: ')
     assert captured.err.count('\n') == 1
     assert words in captured.err
+
+
+def test_what_medians_do_not_show_is_printed_and_in_the_json(tmp_path, capsys):
+    time_ms = [1.0] * 8
+    good, bad = ['aligned'] * 8, ['aligned'] * 5 + ['outside_basin'] * 3
+    write_result(tmp_path / 'a.json', verdict=good, time_ms=time_ms)
+    write_result(tmp_path / 'b.json', verdict=bad, time_ms=time_ms, dropped=4)
+    files = [str(tmp_path / name) for name in ('a.json', 'b.json')]
+    assert main(['compare', *files]) == 0
+    rows = [line.strip('| ').split() for line in capsys.readouterr().out.splitlines()]
+    assert ['dropped', '|', '0', '|', '4', '|', '+4'] in rows
+    assert ['verdict', 'outside_basin', '|', '0', '|', '3', '|', '+3'] in rows
+    assert main(['compare', *files, '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['sources']['b']['verdict aligned'] == 5

@@ -1,9 +1,10 @@
-from argparse import ArgumentParser
+from argparse import ArgumentError, ArgumentParser
 from dataclasses import fields
 
 import pytest
 
 from idem_ros.commands.exit_codes import UsageError
+from idem_ros.commands.main import command_line, main
 from idem_ros.commands.options import add_config_options, config_from, option_name
 from idem_ros.core import RegistrationConfig
 from idem_ros.pairing.guesses import GuessConfig
@@ -101,4 +102,27 @@ def test_a_value_that_is_no_such_thing_is_refused_by_the_parser(argv, capsys):
 def test_what_is_neither_a_number_nor_none_is_named(capsys, text):
     with pytest.raises(SystemExit):
         parsed('--voxel-size', text)
-    assert f'{text!r} is neither a number nor none' in capsys.readouterr().err
+    assert f'{text!r} is not a number, auto or none' in capsys.readouterr().err
+
+
+def typed_options():
+    (commands,) = (each.choices for each in command_line()._actions if each.choices)
+    return [
+        pytest.param(parser, action, id=f'{name} {action.dest}')
+        for name, parser in commands.items()
+        for action in parser._actions
+        if action.type not in (None, str)
+    ]
+
+
+@pytest.mark.parametrize(('parser', 'action'), typed_options())
+def test_a_value_of_another_kind_is_told_what_would_be_right(parser, action):
+    with pytest.raises(ArgumentError) as refused:
+        parser._get_value(action, ',')
+    assert 'invalid' not in str(refused.value)  # as argparse says it: "invalid _seconds value"
+
+
+def test_every_word_that_a_number_may_be_is_named(capsys):
+    with pytest.raises(SystemExit):
+        main(['replay', 'x.mcap', '--voxel-size', 'foo'])
+    assert "'foo' is not a number, auto or none" in capsys.readouterr().err

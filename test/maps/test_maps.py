@@ -214,5 +214,5 @@ def test_what_is_read_is_said(tiles, caplog):
     open_map(tiles, said.append)
     open_map(tiles.parent / 'map.npy', said.append)
     assert said[0] == f'map {tiles}: 24 tiles of 50 x 50 m, read as they are needed'
-    assert said[2].startswith(f'map {tiles.parent / "map.npy"}: 30000 points, 300 x 200 x 8 m')
+    assert said[1].startswith(f'map {tiles.parent / "map.npy"}: 30000 points, 300 x 200 x 8 m')
     assert not caplog.get_records('call') or caplog.records[0].levelno < logging.WARNING

@@ -106,7 +106,9 @@ def test_a_parameter_file_for_other_nodes_is_named(start, tmp_path, key, more):
         (['--ros-args', '-p', 'reliability:=best'], "reliability is 'best'; it must be one of"),
         (['--ros-args', '-p', 'a'], "parse parameter override rule: '-p a'"),
         (['--ros-args', '--params-file', 'absent.yaml'], 'absent.yaml'),
-        (['target.ply'], 'unrecognized arguments: target.ply'),
+        (['target.ply'], 'unrecognized target.ply'),
+        (['--nonsense'], 'unrecognized --nonsense'),
+        (['--find', 'x'], "'x' is no time above 0 and up to an hour"),
     ],
 )
 def test_unusable_argument_ends_the_node_with_exit_code_2_and_one_line(start, arguments, reason):
@@ -117,6 +119,7 @@ def test_unusable_argument_ends_the_node_with_exit_code_2_and_one_line(start, ar
     assert len(own) == 1
     assert reason in own[0]
     assert 'Traceback' not in errors
+    assert 'usage' not in errors
 
 
 def test_find_on_an_empty_graph_says_so_and_ends(start):

@@ -3,7 +3,7 @@ import pytest
 from results import write_result
 from scipy.stats import binom
 
-from idem_ros.results.comparison import IncomparableResults, Verdict, compare
+from idem_ros.results.comparison import IncomparableResults, Verdict, compare, tally
 from idem_ros.results.result_file import read_result
 
 
@@ -32,6 +32,19 @@ def test_what_is_lower_in_each_frame_is_better_though_frames_differ_more(result,
     assert -0.002 <= difference.low <= difference.median <= difference.high <= -0.001
     assert measure(compare(a, b), 'time_ms').verdict is Verdict.WORSE
     assert measure(compare(b, a), 'translation_error_m').verdict is Verdict.WORSE
+
+
+def test_what_was_lost_and_how_the_others_were_judged_is_counted(tmp_path):
+    verdicts = ['aligned'] * 6 + ['misaligned'] * 2
+    write_result(tmp_path / 'a.json', verdict=verdicts, refused=1, dropped=2, unpaired=3)
+    assert tally(read_result(tmp_path / 'a.json')) == {
+        'frames': 8,
+        'refused': 1,
+        'dropped': 2,
+        'unpaired': 3,
+        'verdict aligned': 6,
+        'verdict misaligned': 2,
+    }
 
 
 def test_noise_around_nothing_is_no_difference(result, rng):

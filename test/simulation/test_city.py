@@ -73,6 +73,7 @@ def test_scans_of_the_drive_are_found_in_the_map(tmp_path, capsys, monkeypatch):
     'options',
     [
         ['--map', 'city', '--extent', '0'],
+        ['--map', 'city', '--extent', '10'],
         ['--map', 'city', '--extent', '1e9'],
         ['--map', 'city', '--scene', 'room'],
         ['--extent', '500'],
