@@ -3,7 +3,18 @@
 import sys
 from dataclasses import replace
 
-from benchmarks.commands import beyond, docs, maps, rigs, several, sweeps, tunnels, unseen, voxels
+from benchmarks.commands import (
+    beyond,
+    bounded,
+    docs,
+    maps,
+    rigs,
+    several,
+    sweeps,
+    tunnels,
+    unseen,
+    voxels,
+)
 from benchmarks.commands.outputs import (
     QUICK,
     add_jobs,
@@ -45,6 +56,7 @@ def _parser():
     add_output_options(rings)
     add_config_options(rings, without=OWN)
     rings.set_defaults(run=_rings)
+    bounded.add_parser(kinds)
     unseen.add_parsers(kinds, OWN)
     voxels.add_parser(kinds, OWN)
     maps.add_parser(kinds, OWN)

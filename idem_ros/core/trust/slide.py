@@ -18,6 +18,7 @@ from idem_ros.core.trust.surfaces import ACROSS
 ALIKE = 0.8  # least cosine between two normals
 BIN, BLUR = 0.075, (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25)  # of the radius; weights of bins
 MOST = 2000  # surfaces of either cloud
+MOST_WAYS = 1 << 18  # to either side: 20 000 radii, where the clouds of no scan reach so far
 # Without a rival, bare tunnels, facades and planes give up to 8 votes where no pattern coincides,
 # and with one 18 (`python -m benchmarks tunnels`).
 LEAST_VOTES, MOST_RIVAL, MANY_VOTES = 9.0, 0.5, 18.0
@@ -77,7 +78,7 @@ def slide_along(
     source = se3.transform_points(T_target_source, source[0]), source[1] @ R.T
     (here, more), (there, more_there) = (_across(*each, direction) for each in (target, source))
     width = BIN * radius
-    votes = np.zeros(2 * int(np.ceil(reach / width)) + 1)
+    votes = np.zeros(2 * int(min(np.ceil(reach / width), MOST_WAYS)) + 1)
     _vote(here, there, np.ascontiguousarray(direction), radius, width, votes)
     votes = more * more_there * np.convolve(votes, BLUR, 'same')
     best = int(np.argmax(votes))
