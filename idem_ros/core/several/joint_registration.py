@@ -97,7 +97,10 @@ def register_all(
     except OutOfTime:
         return unsolved(problem, config)
     cost.balls.workers = late_workers
-    return _judged(problem, prepared, cost, solution, trust)
+    try:
+        return _judged(problem, prepared, cost, solution, trust)
+    except OutOfTime:  # it is not even known which clouds hang together
+        return unsolved(problem, config)
 
 
 class _Prepared(NamedTuple):

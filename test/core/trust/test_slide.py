@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from idem_ros.core.trust.slide import Slide, slide_along
+from idem_ros.core.trust.slide import MOST_WAYS, Slide, slide_along
 
 AHEAD = np.array([1.0, 0.0, 0.0])
 RADIUS = 0.5
@@ -47,3 +47,9 @@ def test_what_has_votes_everywhere_rises_little_but_at_its_most():
     found = Slide(0.1 * (150 - 200), 100.0, 90.0, votes, 0.1)
     assert found.rises(10.0, 0.1, 5.0) == pytest.approx(0.75)
     assert found.rises(3.0, 0.1, 5.0) == 0.0
+
+
+def test_the_ways_of_clouds_of_any_extent_are_bounded():
+    found = slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)], reach=1e15)
+    assert len(found.of_each) <= 2 * MOST_WAYS + 1
+    assert found.votes > 0.0
