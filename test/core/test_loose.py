@@ -61,20 +61,33 @@ def test_from_afar_niches_that_fall_on_others_are_not_believed(off):
     assert is_right or result.assessment.verdict is not Verdict.ALIGNED
 
 
-def test_of_a_sweep_through_niches_pose_and_speed_are_found_from_no_motion():
-    rng, lidar = np.random.default_rng(32), Lidar(rings=32, azimuth_steps=900)
-    scene, places = tunnel([-14.0, -5.0, 7.0, 12.5]), [(0.0, 0.2, 1.6), (MOTION, 0.2, 1.6)]
+def solved_sweep(niches, speed, rings=32):
+    """The result of a sweep that is solved from no motion, and its true pose."""
+    rng, lidar = np.random.default_rng(32), Lidar(rings=rings, azimuth_steps=900)
+    scene, places = tunnel(niches), [(0.0, 0.2, 1.6), (MOTION, 0.2, 1.6)]
     before, begin = (se3.translation(place) for place in places)
-    twist = np.array([10.0, 0.0, 0.0, 0.0, 0.0, 1.57])
+    twist = np.array([speed, 0.0, 0.0, 0.0, 0.0, 1.57])
     target = scan(scene, before, lidar, rng)
     points, times = moving_scan(scene, begin, twist, 0.1, lidar, rng)
     truth = se3.inverse(before) @ begin @ se3.exp(times.max() / 2 * twist[[3, 4, 5, 0, 1, 2]])
     guess = truth @ se3.translation([0.2, 0.05, 0.05])
     config = replace(CONFIG, motion='solve', motion_reference='middle')
-    result = register(target, Cloud(points, times), guess, config)
+    return register(target, Cloud(points, times), guess, config), truth
+
+
+def test_of_a_sweep_through_niches_pose_and_speed_are_found_from_no_motion():
+    result, truth = solved_sweep([-14.0, -5.0, 7.0, 12.5], speed=10.0)
     assert result.assessment.verdict is Verdict.ALIGNED
     np.testing.assert_allclose(result.T_target_source[:3, 3], truth[:3, 3], atol=0.03)
     assert result.twist[0] == pytest.approx(10.0, abs=1.5)
+
+
+def test_where_nothing_tells_the_speed_the_covariance_knows_of_the_bow_that_is_missed():
+    result, truth = solved_sweep([-14.0], speed=20.0, rings=128)
+    assert result.assessment.free == 'free along x'
+    aside = (result.T_target_source - truth)[1, 3]
+    assert abs(aside) > 0.01
+    assert abs(aside) < np.sqrt(result.assessment.covariance[1, 1])
 
 
 def test_a_pose_at_which_only_the_rings_coincide_is_audited_as_free():

@@ -6,7 +6,7 @@ the two, by the times of its points.
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Transform
+from idem_ros.core.arrays import Floats, Matrix6, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
@@ -23,6 +23,7 @@ from idem_ros.core.trust.covariance import (
 )
 from idem_ros.core.trust.observability import Observability
 
+BOW = 8.0  # of chord times angle: how high the bow is
 TIMES = 4  # parts of the sweep that a region's points are told apart by
 
 
@@ -74,7 +75,30 @@ def covariance_in_motion(
     change = np.kron([-1.0, 1.0], to_frame[ROS_ORDER]) / (sweep.end - sweep.begin)
     share = np.kron([1.0 - sweep.fraction, sweep.fraction], np.eye(6))
     both = np.asarray(np.concatenate([share, change]), np.float64)
-    return both @ of_poses @ both.T
+    found = both @ of_poses @ both.T
+    found[:6, :6] += _of_bends(sweep, T, observability)
+    return found
+
+
+def _of_bends(sweep: Sweep, T: Transform, observability: Observability) -> Matrix6:
+    """Return what a speed that nothing tells leaves of the pose's covariance, (6, 6).
+
+    A sensor that turns by theta while it moves by s goes along a bow, s theta / 8 high. Where
+    nobody knows s, the bow is missed: aside at the middle, and so turned from ahead to behind.
+    """
+    total = np.zeros((6, 6))
+    if sweep.given is not None or sweep.twist is None:
+        return total
+    theta = T[:3, :3] @ sweep.twist[:3] * (sweep.end - sweep.begin)
+    for k in np.flatnonzero(~observability.observable):
+        way = observability.direction(k)
+        if way is None:
+            continue
+        bow = np.cross(theta, way) / BOW
+        turn, aside = np.cross(way, bow), observability.lever_arm * bow
+        total[:3, :3] += np.outer(turn, turn)
+        total[3:, 3:] += np.outer(aside, aside)
+    return total
 
 
 def _of_two_poses(
