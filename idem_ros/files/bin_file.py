@@ -67,7 +67,7 @@ def _layout(content, wanted):
 def _told_apart(content, layouts):
     """Return the layout whose columns are each of one kind."""
     unlike = {each: _unlike(content, each) for each in layouts}
-    best = min(layouts, key=unlike.get)
+    best = min(layouts, key=lambda each: unlike[each])
     others = [each for each in layouts if each.columns % best.columns]
     # twice the columns are as good but for chance, for every second is the same
     half = [each for each in layouts if best.columns == 2 * each.columns]

@@ -48,7 +48,7 @@ def pcd_names(path, columns=None):
         return [field.name for field in read_pcd_header(stream.read(2 * LONGEST)).fields]
 
 
-def write_pcd(path, points, dtype=np.float32):
+def write_pcd(path, points, dtype: type = np.float32):
     """Write (N, 3) points as a binary PCD of fields x, y, z.
 
     Args:
@@ -62,7 +62,7 @@ def write_pcd(path, points, dtype=np.float32):
         stream.write(packed)
 
 
-def pcd_header(count, dtype=np.float32):
+def pcd_header(count, dtype: type = np.float32):
     """Return the bytes before the little-endian points of a binary PCD; see `write_pcd`."""
     size = np.dtype(dtype).itemsize
     return (

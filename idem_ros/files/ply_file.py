@@ -18,7 +18,7 @@ def read_ply(path, columns=None):
     xyz_columns(names, columns)  # before others of the same name are told apart
     regular = io.BytesIO(b''.join((header.text(element), header.body)))
     try:
-        ply = PlyData.read(regular, mmap=False)
+        ply = PlyData.read(regular, mmap=False)  # pyright: ignore[reportArgumentType]
     except (PlyHeaderParseError, PlyParseError) as error:
         raise UnreadableCloud(f'it is cut off or damaged: {_said(error, header)}') from error
     records = ply.elements[element.index].data.copy()

@@ -11,7 +11,7 @@ VECTORS = ('xyz', 'points', 'point', 'position', 'positions', 'pos', 'coords')  
 def points_of_records(records, columns=None):
     """Return (N, 3) float64 of a structured array of any shape, by the names of its fields."""
     records = np.ravel(records)
-    names = list(records.dtype.names)
+    names = list(records.dtype.names or ())
     for name in names:
         shape = records.dtype[name].shape
         if columns is None and name.lower() in VECTORS and shape == (3,):

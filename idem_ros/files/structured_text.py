@@ -65,7 +65,7 @@ def parse_json(text):
         raise ValueError(f'it is deeper than {DEEPEST} lists and records') from error
 
 
-class _OnceNamed(Loader):
+class _OnceNamed(Loader):  # pyright: ignore[reportGeneralTypeIssues]
     """Refuses a mapping that says a name twice, where YAML forgets the first."""
 
     def construct_mapping(self, node, deep=False):

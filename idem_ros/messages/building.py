@@ -39,7 +39,7 @@ class Messages:
         frame = str(frame_id)
         return self.class_of('std_msgs/msg/Header')(stamp=self.time(stamp), frame_id=frame)
 
-    def cloud(self, points, stamp, frame_id, dtype=np.float32, columns=None):
+    def cloud(self, points, stamp, frame_id, dtype: type = np.float32, columns=None):
         """Return a sensor_msgs/PointCloud2 of (N, 3) points; `stamp` in nanoseconds.
 
         Of `columns`, {name: (N,)}, are more fields; all are of `dtype`, and RViz asks for float32.

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from idem_ros.report.runs import MEASURES, SIGMAS
+from idem_ros.report.runs import MEASURES, SIGMAS, Run
 from idem_ros.results.result_file import COUNTS
 from idem_ros.terminal.printable import cell
 
@@ -81,7 +81,7 @@ def _commonest(reasons):
     return reasons[alike.index(Counter(alike).most_common(1)[0][0])]
 
 
-def before_and_after(runs):
+def before_and_after(runs: list[Run]):
     """Return median, 90th percentile and maximum of each measure, at the guess and refined."""
     header = ('number', 'result', *(f'{n} {when}' for n, when in product(STATISTICS, WHEN)))
     rows = []
@@ -141,7 +141,7 @@ def worst(run, order):
         )
         for i in order
     ]
-    titles = *map(texts.get, said), *map(TITLES.get, names)
+    titles = *(texts[name] for name in said), *(TITLES[name] for name in names)
     return Table(('frame', 'time [s]', 'status', *titles), rows)
 
 

@@ -73,12 +73,12 @@ def view_of(target, source, poses, most, found=None, free=()):
     near = _around(target, source, poses)
     means, q = ((), ()) if found is None else found
     return CloudsView(
-        target=np.float32(_sample(near, most) - middle),
-        source=np.float32(_sample(source, most)),
+        target=np.asarray(_sample(near, most) - middle, np.float32),
+        source=np.asarray(_sample(source, most), np.float32),
         of=(len(near), len(source)),
         poses=tuple(to_middle @ pose for pose in poses),
-        means=np.float32(np.reshape(means, (-1, 3)) - middle),
-        q=np.float32(q),
+        means=np.asarray(np.reshape(means, (-1, 3)) - middle, np.float32),
+        q=np.asarray(q, np.float32),
         free=np.reshape(free, (-1, 6)),
     )
 

@@ -1,8 +1,14 @@
 """How figures of pages look, and their bytes."""
 
 import io
+from typing import Any
 
-STYLE = {'font.size': 9, 'axes.titlesize': 9, 'legend.fontsize': 8, 'svg.hashsalt': 'idem'}
+STYLE: dict[Any, Any] = {
+    'font.size': 9,
+    'axes.titlesize': 9,
+    'legend.fontsize': 8,
+    'svg.hashsalt': 'idem',
+}
 METADATA = {'svg': {'Date': None}, 'png': {'Software': None}}
 
 

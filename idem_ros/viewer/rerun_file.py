@@ -16,7 +16,7 @@ def write_rerun(path, scene):
     Raises:
         ImportError: rerun is not installed.
     """
-    import rerun as rr
+    import rerun as rr  # pyright: ignore[reportMissingImports]  # of the extra
 
     view = scene.view
     stream = rr.RecordingStream('idem_show')
