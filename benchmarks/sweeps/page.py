@@ -20,13 +20,13 @@ The same sweeps: errors over those of sensors standing still, with 95 % bounds b
 sweeps. Errors spread over two decades, from 128 rings to 16: fewer than some hundred sweeps tell
 a ratio of medians to no better than a third.
 
-Six more unknowns are what solving costs. Held least is the climb together with the pitch rate and,
-at the middle, the roll: left and right of the sensor are seen half a sweep apart, so that a roll
-and a climb differ only by what lies ahead and behind; most so in rooms. With `guess` or `last`, and
-an IMU for the rates, none of that has to be solved; a twist known to 5 % of its speed tells the
-climb no better than the clouds. A twist taken as it is, 5 % off, leaves what it is off. Along a tunnel
-little holds the speed: from no motion three of sixty are wrong, and make most of the NEES. With 16
-rings the NEES of a sensor that stood still is too high as well."""
+Six more unknowns are what solving costs. Held least is the climb together with the pitch rate
+and, at the middle, the roll: left and right of the sensor are seen half a sweep apart, so that a
+roll and a climb differ only by what lies ahead and behind; most so in rooms. With `guess` or
+`last`, and an IMU for the rates, none of that has to be solved; a twist known to 5 % of its speed
+tells the climb no better than the clouds. A twist taken as it is, 5 % off, leaves what it is off.
+Along a tunnel little holds the speed: from no motion three of sixty are wrong, and make most of
+the NEES. With 16 rings the NEES of a sensor that stood still is too high as well."""
 
 NEWER = """\
 Median distance of the points to where an IMU-aided SLAM has them, solved from no motion against
