@@ -159,6 +159,7 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks speed --markdown docs/bench_speed.md
 	$(BIN)/python -m benchmarks rings --markdown docs/bench_rings.md
 	$(BIN)/python -m benchmarks maps --markdown docs/bench_maps.md
+	$(BIN)/python -m benchmarks calibrate --markdown docs/bench_rigs.md
 	$(BIN)/python -m benchmarks real --markdown docs/bench_real.md
 	$(BIN)/python -m benchmarks ablate --markdown docs/bench_ablate.md
 	$(BIN)/python -m benchmarks trust --markdown docs/bench_trust.md

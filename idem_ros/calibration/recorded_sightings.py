@@ -28,13 +28,15 @@ class RecordedRig:
     """What a recording holds of a rig."""
 
     topics: list
-    """Of the clouds, the reference's first."""
+    """Of the clouds, the reference's first; without those that are silent."""
     names: list
     """The frames of the sensors."""
     stamps: dict
     """{topic: [ns], increasing}."""
     tree: FrameTree | None
     """Of tf_static; None: there is none."""
+    silent: list = ()
+    """Topics without a message."""
     flaws: list = field(default_factory=list)
     """What is left out, a line each."""
 
@@ -82,15 +84,18 @@ def recorded_rig(recording, topics):
             transforms.append(message)
     if not stamps[topics[0]]:
         raise UnusableRig(f'{topics[0]}, the reference, is silent: name another by --reference')
-    flaws = [f'{topic} is silent: it has no message' for topic in topics if not stamps[topic]]
-    names = [frames.get(topic) or bare(topic).replace('/', '_') for topic in topics]
+    silent = [topic for topic in topics if not stamps[topic]]
+    topics = [topic for topic in topics if stamps[topic]]
+    if len(topics) < 2:
+        raise UnusableRig(f'but for {topics[0]} all topics are silent: {", ".join(silent)}')
+    names = [frames[topic] or bare(topic).replace('/', '_') for topic in topics]
     for name, count in Counter(names).items():
         if count > 1:
             same = ' and '.join(t for t, n in zip(topics, names, strict=True) if n == name)
             raise UnusableRig(f'{same} are both of the frame {name!r}: tell them apart by --names')
     tree, unread = tree_of_messages(' and '.join(static), transforms) if transforms else (None, [])
-    stamps = {topic: sorted(set(each)) for topic, each in stamps.items()}
-    return RecordedRig(topics, names, stamps, tree, flaws + unread)
+    stamps = {topic: sorted(set(stamps[topic])) for topic in topics}
+    return RecordedRig(topics, names, stamps, tree, silent, unread)
 
 
 def sightings_in(recording, rig, count, point_times, prepare):

@@ -96,7 +96,8 @@ def run(args):
         raise UsageError(f'--instants is {args.instants}; it must be from 1')
     if args.out:
         require_free(args.out)
-    names, sightings, tree, notes = (_recorded if _is_recording(args) else _filed)(args)
+    read = _recorded if _is_recording(args) else _filed
+    names, sightings, tree, notes, are_all_heard = read(args)
     if args.start:
         tree = read_starts(args.start, names)
     elif tree is None:
@@ -114,7 +115,7 @@ def run(args):
         write_calibration(args.out, names, found, tree)
     said = record_text if args.json else text
     print(said((names, found, tree), twists, notes, args.out))
-    return OK if found.is_usable else FAILED
+    return OK if found.is_usable and are_all_heard else FAILED
 
 
 def _is_recording(args):
@@ -136,7 +137,7 @@ def _is_recording(args):
 
 
 def _filed(args):
-    """Return (names, sightings, None, notes) of files."""
+    """Return the same of files."""
     from idem_ros.calibration.file_sightings import files_of, sightings_of
     from idem_ros.core.exceptions import InvalidCloud
     from idem_ros.files.cloud_file import read_cloud
@@ -154,11 +155,11 @@ def _filed(args):
     named = dict(zip(found, _named(args, found), strict=True))
     found = _reference_first(args, found, named)
     sightings, flaws = sightings_of(found, files, read)
-    return [named[each] for each in found], sightings, None, flaws
+    return [named[each] for each in found], sightings, None, flaws, True
 
 
 def _recorded(args):
-    """Return (names, sightings, tree of tf_static or None, notes) of a recording."""
+    """Return names, sightings, the tree of tf_static or None, notes, whether all were heard."""
     from idem_ros.calibration.recorded_sightings import (
         cloud_topics,
         offsets,
@@ -182,17 +183,18 @@ def _recorded(args):
         first = cloud_topics(recording, given, _topic_of(args, topics, names))
         rig = recorded_rig(recording, first)
         if names is not None:
-            rig.names = [names[topics.index(each)] for each in first]
+            rig.names = [names[topics.index(each)] for each in rig.topics]
         point_times = config_from(args, PointTimeConfig)
         sightings = sightings_in(recording, rig, args.instants, point_times, prepare)
-        notes = [*recording.warnings, *rig.flaws]
+        silent = [f'{topic} is silent, and is left out' for topic in rig.silent]
+        notes = [*recording.warnings, *silent, *rig.flaws]
     late = offsets(rig, sightings)
     notes += [
         f'{name} measures {1e3 * (each - late[0]):+.1f} ms after {rig.names[0]}'
         for name, each in zip(rig.names[1:], late[1:], strict=True)
         if abs(each - late[0]) > 1e-3
     ]
-    return rig.names, sightings, rig.tree, notes
+    return rig.names, sightings, rig.tree, notes, not rig.silent
 
 
 def _named(args, found):

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from clouds import error_of
 from rigs import SENSORS, extrinsics, off, sightings
+from rosbags.rosbag2 import Writer
 
 from idem_ros.calibration.starts import read_starts, starts_of
 from idem_ros.commands.main import main
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.files.pose_list_file import write_poses
 from idem_ros.messages.building import CLOUD
-from idem_ros.recording.messages import cloud_message, tf_message, transform_message
+from idem_ros.recording.messages import cloud_message, tf_message, transform_message, typestore
 from idem_ros.recording.writer import write_mcap
 
 VOXELS = '--voxel-size', '0.05'
@@ -139,6 +140,23 @@ def test_a_silent_topic_is_named_and_the_rest_is_calibrated(tmp_path, rng, capsy
     out = capsys.readouterr().out
     assert '/right has no cloud within a period, 0.1 s, of the reference at 2 of 2' in out
     assert 'right is not calibrated: it has no cloud' in out
+    assert re.search(r'left .* aligned', out)
+
+
+def test_a_topic_without_a_message_is_left_out_and_the_exit_code_says_so(tmp_path, rng, capsys):
+    poses = extrinsics(rng)
+    with Writer(tmp_path / 'rig', version=9) as writer:
+        connections = {}
+        for topic, log_time, message in recording(rng, poses, told=poses):
+            if topic not in connections:
+                kind = message.__msgtype__
+                connections[topic] = writer.add_connection(topic, kind, typestore=typestore())
+            if topic != '/right':
+                raw = typestore().serialize_cdr(message, message.__msgtype__)
+                writer.write(connections[topic], log_time, raw)
+    assert main(['calibrate', str(tmp_path / 'rig'), '--reference', '/top', *VOXELS]) == 1
+    out = capsys.readouterr().out
+    assert 'note: /right is silent, and is left out' in out
     assert re.search(r'left .* aligned', out)
 
 
