@@ -181,11 +181,11 @@ def _judged(
     """
     T = descent.solution.transform
     pair = pair.moved_by(descent.sweep).around(T)
-    descent = of_its_target(pair, descent)
+    before, descent = descent, of_its_target(pair, descent)
     cost = descent.cost
     assert cost is not None, 'it is of the last stage'
     cost.balls.workers = pair.workers
-    if observability is None:
+    if observability is None or descent is not before:  # what it saw were another part's points
         observability = seen_there(pair, descent)
     agreement, q_tot = agreement_at(pair, cost.balls, T)
     result = result_at(pair, descent, agreement, q_tot, observability)

@@ -1,6 +1,7 @@
 """Worker processes that end with their parent, also when it is interrupted in their work."""
 
 import signal
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import active_children
@@ -22,6 +23,9 @@ class _Spawn(SpawnContext):
     Process = _Deaf
 
 
+# What removes the pool's semaphores where the process ends at once, as after Ctrl-C, would warn
+# that it had to.
+QUIET = 'ignore:resource_tracker'
 SPAWN = _Spawn()  # a fork would copy locks that threads of numba may hold
 
 
@@ -34,6 +38,8 @@ def worker_pool(jobs, begin=None, *arguments):
         begin: called once in each, with the arguments; importable by name.
         arguments: that can be pickled or inherited.
     """
+    if QUIET not in sys.warnoptions:
+        sys.warnoptions.append(QUIET)
     others = set(active_children())
     pool = ProcessPoolExecutor(jobs, SPAWN, initializer=_begin, initargs=(begin, arguments))
     try:

@@ -1,4 +1,6 @@
 import os
+import subprocess
+import sys
 from multiprocessing import active_children
 from pathlib import Path
 
@@ -72,3 +74,20 @@ def test_workers_that_never_begin_are_reported(bags, monkeypatch):
     monkeypatch.setattr(worker_processes, '_begin', die)
     with pytest.raises(WorkersFailed, match='3 times'):
         list(in_processes(tasks_of(bags), 2))
+
+
+def test_a_process_that_ends_at_once_leaves_no_warning_of_its_pool():
+    script = """
+import os
+from multiprocessing import active_children
+from idem_ros.evaluation.worker_pool import worker_pool
+with worker_pool(1) as pool:
+    pool.submit(abs, 1).result()
+    for child in active_children():
+        child.kill()
+    os._exit(3)
+"""
+    ended = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (ended.returncode, ended.stderr) == (3, '')

@@ -157,7 +157,7 @@ def test_ctrl_c_at_any_moment_ends_a_command_in_order(folder, tmp_path, name):
         longest = min(time.monotonic() - begin, PATIENCE) if is_measured else longest
         if code == 130:
             said = [each for each in lines if not each.startswith(NOTES)]
-            assert said == ['idem: interrupted'], moment
+            assert said in ([], ['idem: interrupted']), moment  # a replay says so in its report
         else:
             assert code == 0 or (code == 1 and name in MAY_FAIL), (moment, lines)
             assert 'Traceback' not in str(lines)
