@@ -10,6 +10,7 @@ from benchmarks.commands import (
     maps,
     rigs,
     several,
+    smooth,
     sweeps,
     tunnels,
     unseen,
@@ -61,6 +62,7 @@ def _parser():
     voxels.add_parser(kinds, OWN)
     maps.add_parser(kinds, OWN)
     several.add_parser(kinds, OWN)
+    smooth.add_parser(kinds, OWN)
     rigs.add_parser(kinds, ('mode', 'assessment'))
     for name, measured, what in (
         ('main', _main, "the main job's figures"),

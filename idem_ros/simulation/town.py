@@ -77,7 +77,7 @@ class Town:
             heading = self._turned(cell, heading, rng)
             cell = cell + DIRECTIONS[heading]
             corners.append(cell)
-        xy = _rounded(np.array(corners) * BLOCK, TURN)[: int(length / STEP) + 2]
+        xy = street_corners(np.array(corners) * BLOCK)[: int(length / STEP) + 2]
         return np.column_stack([xy, self.height(*xy.T)])
 
     def _turned(self, cell, heading, rng):
@@ -186,7 +186,7 @@ class _Side:
         return placed(part, float(x), float(y), z, self._turn + rng.normal(0.0, 0.03))
 
 
-def _rounded(corners, radius):
+def street_corners(corners, radius=TURN):
     """Return points, STEP apart, of the (k, 2) corners of a line, with arcs where it turns."""
     pieces = [corners[:1]]
     quarter = np.linspace(0.0, np.pi / 2, 24)[:, None]

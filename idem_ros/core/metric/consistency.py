@@ -2,8 +2,8 @@
 
 In each cell of a lattice that two scans or more have points in, their joint distribution is the
 mean of their own, each counting once, however many points it has. Both are looked at along the
-normal of the joint one: along a surface points lie as the sensor's pattern has it, across it they
-spread by noise and by how far poses are off.
+normal of the scans' own surfaces, in cells where these are flat: along a surface points lie as
+the sensor's pattern has it, across it they spread by noise and by how far poses are off.
 
 With w the mean of the scans' own variances along the normal, and b that of their means less what
 w alone makes of it, the difference of the entropies is q = 1/2 ln((w + b) / w): 0 where all agree.
@@ -18,9 +18,9 @@ from idem_ros.core.geometry.grid import build_grid
 from idem_ros.core.metric.moments import TIE, own_moments
 
 LEAST = 5.0  # points of a scan in a cell, that tell its own variance
-LEAST_SPREAD = 0.002  # of a cell's edge: less is no thickness, but digits
+FLAT = 25.0  # times its variance across a surface has along it, in both directions
+LEAST_SPREAD = 0.04  # of a cell's edge: what is thinner is as good as flat
 LOWEST = -0.9  # of b in w: of few points both are guesses
-MOST_COUNTED = 4.0  # nats: beyond, two scans have no more to do with one another
 
 
 class MapRows(NamedTuple):
@@ -82,13 +82,14 @@ def consistency_of(rows: MapRows, along: Floats, edge: float, gap: float) -> Con
     n, mean, covariance = (of_each[tells] for of_each in scans)
     cell, scan = cell[tells], scan[tells]
     begin, count = _runs(cell)
-    several = count > 1
-    if not several.any():
+    if not (count > 1).any():
         return Consistency()
-    q = _differences((n, mean, covariance), begin, count, LEAST_SPREAD * edge)[several]
+    q, is_flat = _differences((n, mean, covariance), begin, count, LEAST_SPREAD * edge)
+    counts = (count > 1) & is_flat
+    q = q[counts]
     is_far = np.r_[False, np.diff(along[scan]) > gap]
     is_far[begin] = False
-    met = (np.add.reduceat(is_far, begin) > 0)[several]
+    met = (np.add.reduceat(is_far, begin) > 0)[counts]
     return Consistency(float(q.sum()), len(q), float(q[met].sum()), int(met.sum()))
 
 
@@ -162,19 +163,19 @@ def _runs(numbers: Integers) -> tuple[Indices, Integers]:
 
 def _differences(
     scans: tuple[Floats, Points, Floats], begin: Indices, count: Integers, least: float
-) -> Floats:
-    """Return q of each run of scans' points, means and covariances."""
+) -> tuple[Floats, Mask]:
+    """Return q of each run of scans' points, means and covariances, and whether it is flat."""
     n, mean, covariance = scans
     of = np.repeat(np.arange(len(begin)), count)
-    middle = np.add.reduceat(mean, begin) / count[:, None]
-    off = mean - middle[of]
     own = np.add.reduceat(covariance, begin) / count[:, None, None]
-    between = np.add.reduceat(off[:, :, None] * off[:, None, :], begin) / count[:, None, None]
-    normal = np.linalg.eigh(own + between)[1][:, :, 0]
-    along = np.einsum('ri,rij,rj->r', normal[of], covariance, normal[of])
+    variances, axes = np.linalg.eigh(own)
+    normal = axes[of, :, 0]
+    along = np.einsum('ri,rij,rj->r', normal, covariance, normal)
     w = np.add.reduceat(along, begin) / count
     by_chance = np.add.reduceat(along / n, begin) / count
-    far = np.einsum('ri,ri->r', off, normal[of]) ** 2
-    b = np.add.reduceat(far, begin) / np.maximum(count - 1, 1) - by_chance
+    place = np.einsum('ri,ri->r', mean, normal)
+    middle = np.add.reduceat(place, begin) / count
+    far = np.add.reduceat((place - middle[of]) ** 2, begin)
+    b = far / np.maximum(count - 1, 1) - by_chance
     ratio = np.maximum(b / (w + least * least), LOWEST)
-    return np.minimum(0.5 * np.log1p(ratio), MOST_COUNTED)
+    return 0.5 * np.log1p(ratio), variances[:, 1] > FLAT * np.maximum(variances[:, 0], 0.0)

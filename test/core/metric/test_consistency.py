@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from idem_ros.core.geometry.voxels import reduce_to_voxels
-from idem_ros.core.metric.consistency import MapRows, consistency_of, entropy_of, merged
+from idem_ros.core.metric.consistency import (
+    LEAST_SPREAD,
+    MapRows,
+    consistency_of,
+    entropy_of,
+    merged,
+)
 from idem_ros.core.metric.moments import AS_MEASURED
 
 EDGE, NOISE = 1.0, 0.02
@@ -35,7 +41,13 @@ def test_scans_that_agree_score_about_zero_and_cells_of_one_scan_do_not_count(rn
 def test_the_score_is_the_entropy_that_the_offset_adds(rng):
     found = score(wall(rng), wall(rng, 0.1))
     # the variance of two means 0.1 apart, beside that of the noise
-    assert found.score == pytest.approx(0.5 * np.log1p(0.1**2 / 2 / NOISE**2), rel=0.1)
+    own = NOISE**2 + LEAST_SPREAD**2 * EDGE**2
+    assert found.score == pytest.approx(0.5 * np.log1p(0.1**2 / 2 / own), rel=0.1)
+
+
+def test_cells_whose_scans_show_no_flat_surface_do_not_count(rng):
+    solid = rng.uniform(0.0, 10.0, (2, 20_000, 3))
+    assert score(*solid).cells < 20  # of a thousand
 
 
 @pytest.mark.parametrize('thinner', [1, 3, 10])

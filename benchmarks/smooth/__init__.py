@@ -1,0 +1,1 @@
+"""A trajectory made consistent, its time and memory, and the score of its map."""
