@@ -6,10 +6,8 @@ Run it as `python examples/pose_graph.py`.
 """
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
 
-from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core import Cloud, PosePrior, RegistrationConfig, register, solve_graph
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.simulation.drive import drive, perturbed
 from idem_ros.simulation.lidar import Lidar, scan
@@ -20,37 +18,18 @@ CONFIG = RegistrationConfig(voxel_size=0.5)
 
 
 def edges_of(clouds, odometry):
-    """Return [(i, j, T_i_j, root)] of each scan and the two after it; root.T whitens an edge."""
+    """Return a `PosePrior` of each scan and the two after it, where their result is usable."""
     edges = []
     pairs = {(i, min(i + step, STOPS - 1)) for i in range(STOPS - 1) for step in (1, 2)}
     for i, j in sorted(pairs):
         guess = inverse(odometry[i]) @ odometry[j]
         result = register(clouds[i], clouds[j], guess, CONFIG)
-        print(f'{i}-{j}: {result.assessment.verdict.value}, overlap {result.overlap:.2f}')
+        said = result.assessment
+        print(f'{i}-{j}: {said.verdict.value}, overlap {result.overlap:.2f}')
         if result.is_usable:
-            root = np.linalg.cholesky(np.linalg.inv(result.assessment.covariance))
-            edges.append((i, j, result.T_target_source, root))
+            T, covariance = result.T_target_source, said.covariance
+            edges.append(PosePrior(source=j, T=T, covariance=covariance, target=i))
     return edges
-
-
-def residuals(parameters, edges):
-    """Return how far each edge is from its measurement, in its own standard deviations."""
-    T = [np.eye(4), *map(_pose, parameters.reshape(-1, 6))]
-    return np.concatenate(
-        [_off(inverse(T[i]) @ T[j], T_i_j) @ root for i, j, T_i_j, root in edges]
-    )
-
-
-def _off(T, measured):
-    """As the covariance has it: of the source's pose in the target frame, about its own origin."""
-    turn = Rotation.from_matrix(T[:3, :3] @ measured[:3, :3].T).as_rotvec()
-    return np.r_[T[:3, 3] - measured[:3, 3], turn]
-
-
-def _pose(parameters):
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = Rotation.from_rotvec(parameters[3:]).as_matrix(), parameters[:3]
-    return T
 
 
 def main():
@@ -63,10 +42,7 @@ def main():
     odometry = [np.eye(4)]
     for i in range(1, STOPS):
         odometry.append(odometry[-1] @ perturbed(inverse(truth[i - 1]) @ truth[i], 0.5, 0.1, rng))
-    start = [np.r_[T[:3, 3], Rotation.from_matrix(T[:3, :3]).as_rotvec()] for T in odometry[1:]]
-    edges = edges_of(clouds, odometry)
-    solved = least_squares(residuals, np.concatenate(start), args=(edges,), x_scale='jac')
-    graph = [np.eye(4), *map(_pose, solved.x.reshape(-1, 6))]
+    graph = solve_graph(odometry, edges_of(clouds, odometry)).poses
     for name, poses in {'odometry': odometry, 'graph': graph}.items():
         off = [np.linalg.norm(T[:3, 3] - P[:3, 3]) for T, P in zip(truth, poses, strict=True)]
         print(

@@ -24,6 +24,8 @@ if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.several.joint_result import CloudVerdict as CloudVerdict
     from idem_ros.core.several.joint_result import Edge as Edge
     from idem_ros.core.several.joint_result import JointResult as JointResult
+    from idem_ros.core.several.pose_graph import PoseGraph as PoseGraph
+    from idem_ros.core.several.pose_graph import solve_graph as solve_graph
     from idem_ros.core.several.prior import PosePrior as PosePrior
     from idem_ros.core.solve.newton import Termination as Termination
     from idem_ros.core.solve.tuning import SolverTuning as SolverTuning
@@ -52,6 +54,8 @@ _LOADED_LATER = {
     'CloudVerdict': 'several.joint_result',
     'Edge': 'several.joint_result',
     'PosePrior': 'several.prior',
+    'PoseGraph': 'several.pose_graph',
+    'solve_graph': 'several.pose_graph',
     'search_radius': 'metric.q_tot',
     'Landscape': 'metric.landscape',
     'region_along_axes': 'metric.region_of_interest',

@@ -4,14 +4,21 @@ import signal
 import subprocess
 import sys
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from deadly import Deadly, tasks_of
+from drives import drive
 
 from idem_ros.commands.main import main
+from idem_ros.core import RegistrationConfig
+from idem_ros.core.geometry.se3 import inverse
 from idem_ros.evaluation.cluster import ClusterMissing, on_cluster
 from idem_ros.evaluation.one_recording import evaluated
+from idem_ros.smoothing.joining import Pairs, joined
+from idem_ros.smoothing.keyframes import KeyframeClouds
 
 SUPPORT = Path(__file__).resolve().parents[1] / 'support'
 LOOPBACK = '127.0.0.1'
@@ -80,6 +87,21 @@ def test_results_are_those_of_this_process_and_a_killed_worker_loses_none(addres
         assert without_times(found[i].text) == without_times(expected[i].text)
         assert found[i].identity == expected[i].identity
     assert bags[3] in found[3].reason
+
+
+def test_tasks_of_another_kind_are_done_alike(tmp_path):
+    clouds, _, odometry = drive(np.random.default_rng(0), 2)
+    for k, points in enumerate(clouds):
+        KeyframeClouds(tmp_path).write(k, points)
+    guess = inverse(odometry[0]) @ odometry[1]
+    pairs = Pairs('pair', str(tmp_path), ((0, 1),), guess[None], RegistrationConfig())
+    gone = replace(pairs, folder=str(tmp_path / 'gone'))
+    with cluster(tmp_path) as address:
+        found = dict(on_cluster([pairs, gone], address, patience=60, call=joined))
+    (there,), (here,) = found[0].relations, joined(pairs).relations
+    assert there.counts
+    np.testing.assert_array_equal(there.T_i_j, here.T_i_j)
+    assert 'gone' in found[1].reason
 
 
 def test_a_recording_whose_workers_are_killed_too_often_is_named(bags, marks, tmp_path):

@@ -7,14 +7,19 @@ A relation is a `PosePrior`: a pose in another's frame, or in the common one, wi
 # pyright: reportUnknownMemberType=false
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from idem_ros.core.arrays import Floats, Indices, Points, Transforms
+from idem_ros.core.arrays import Floats, Indices, Mask, Points, Transforms
+from idem_ros.core.exceptions import InvalidConfig, InvalidTransform
+from idem_ros.core.geometry import se3
 from idem_ros.core.several.block_factors import BlockFactors, Pattern, factored, pattern_of
 from idem_ros.core.several.prior import PosePrior, checked_priors
+from idem_ros.core.several.problem import held_mask
+from idem_ros.core.several.system import parts_of
 
 MOST_STEPS = 50
 HALVINGS = 6  # of a step that leads up
@@ -34,7 +39,7 @@ class PoseGraph(NamedTuple):
 
 
 def solve_graph(
-    poses: Transforms, relations: Sequence[PosePrior], held: Sequence[int] = (0,)
+    poses: ArrayLike, relations: Sequence[PosePrior], held: Sequence[int] = (0,)
 ) -> PoseGraph:
     """Return the poses nearest to all relations, each weighed by its covariance.
 
@@ -45,26 +50,29 @@ def solve_graph(
         held: numbers of the poses that stay.
 
     Raises:
-        InvalidConfig: a relation of a pose that there is not.
+        InvalidConfig: a relation of a pose that there is not, or poses that nothing holds.
+        InvalidTransform: a pose is none.
     """
-    checked_priors(list(relations), len(poses))
-    graph = _Graph.of(relations)
-    free = np.setdiff1d(np.arange(len(poses)), np.asarray(held, int))
+    at = np.array([se3.checked_transform(T, f'pose {k}') for k, T in enumerate(_listed(poses))])
+    checked_priors(list(relations), len(at))
+    graph, fixed = _Graph.of(relations), held_mask(held, len(at))
+    _require_held(graph, fixed)
+    free = np.flatnonzero(~fixed)
+    covariances = np.zeros((len(at), 6, 6))
     if not len(free):
-        return PoseGraph(poses, np.zeros((len(poses), 6, 6)), graph.misfits(poses), True)
-    places = _places(graph, free, len(poses))
-    poses, cost, converged = poses.copy(), float(graph.misfits(poses).sum()), False
+        return PoseGraph(at, covariances, graph.misfits(at), True)
+    places = _places(graph, free, len(at))
+    cost, converged = float(graph.misfits(at).sum()), False
     for _ in range(MOST_STEPS):
-        gradient, factors = graph.system(poses, places)
+        gradient, factors = graph.system(at, places)
         step = factors.solved(-gradient)
-        poses, cost, length = _descended(graph, poses, (free, step), cost)
+        at, cost, length = _descended(graph, at, (free, step), cost)
         if length * np.abs(step).max(initial=0.0) < SHORT:
             converged = True
             break
-    _, factors = graph.system(poses, places)
-    covariances = np.zeros((len(poses), 6, 6))
+    _, factors = graph.system(at, places)
     covariances[free] = factors.inverse_diagonal()[:, TO_POSE][:, :, TO_POSE]
-    return PoseGraph(poses, covariances, graph.misfits(poses), converged)
+    return PoseGraph(at, covariances, graph.misfits(at), converged)
 
 
 class _Places(NamedTuple):
@@ -168,6 +176,25 @@ def _moved(poses: Transforms, free: Indices, step: Floats) -> Transforms:
         result[free, :3, :3] = turns.as_matrix()
         result[free, :3, 3] += step[:, 3:]
     return result
+
+
+def _listed(poses: Any) -> list[Any]:
+    try:
+        return list(poses)
+    except TypeError as error:
+        raise InvalidTransform(f'poses is {poses!r}; it must be (K, 4, 4)') from error
+
+
+def _require_held(graph: _Graph, fixed: Mask) -> None:
+    """Refuse poses that no relation leads from to one that is held."""
+    is_absolute = graph.i < 0
+    part = parts_of(np.column_stack([graph.i, graph.j])[~is_absolute], len(fixed))
+    holding = np.isin(part, part[fixed]) | np.isin(part, part[graph.j[is_absolute]])
+    if not holding.all():
+        number = int(np.argmin(holding))
+        raise InvalidConfig(
+            f'no relation leads from pose {number} to one that is held; hold it, or give one'
+        )
 
 
 def _places(graph: _Graph, free: Indices, count: int) -> _Places:

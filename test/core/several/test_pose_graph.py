@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from clouds import error_of, motion
 
-from idem_ros.core import InvalidConfig, PosePrior
+from idem_ros.core import InvalidConfig, InvalidTransform, PosePrior, solve_graph
 from idem_ros.core.geometry import se3
-from idem_ros.core.several.pose_graph import solve_graph
 
 SURE = np.diag([1e-4] * 3 + [1e-6] * 3)
 
@@ -87,3 +86,17 @@ def test_a_relation_of_a_pose_that_there_is_not_is_refused(rng):
     truth, _ = ring(rng, 3)
     with pytest.raises(InvalidConfig, match='names cloud 3; there are 3'):
         solve_graph(truth, [relation(0, 3, np.eye(4))])
+
+
+def test_poses_that_nothing_holds_are_refused(rng):
+    truth, steps = ring(rng, 6)
+    given = [relation(*step) for step in (*steps[:2], *steps[3:5])]
+    with pytest.raises(InvalidConfig, match='from pose 3 to one that is held'):
+        solve_graph(truth, given)
+    assert solve_graph(truth, given, held=(0, 5)).converged
+
+
+@pytest.mark.parametrize(('poses', 'words'), [(5, 'must be'), ([np.ones((4, 4))], 'pose 0')])
+def test_poses_that_are_none_are_refused(poses, words):
+    with pytest.raises(InvalidTransform, match=words):
+        solve_graph(poses, [])
