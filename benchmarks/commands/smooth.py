@@ -29,7 +29,7 @@ entropy, in places that no number was chosen on. Between places the entropy tell
 {maps}
 {goals}
 The memory is the greatest of the process and its workers. The time is for a machine that does
-nothing else.
+nothing else; that of the processor depends less on who else uses it.
 """
 
 

@@ -37,6 +37,7 @@ def test_the_score_is_held_to_a_correlation_and_to_that_of_the_entropy():
 
 def test_of_drives_the_worst_counts():
     driven = [
-        Driven(k, 10.0 * k, (1.0, 1.0), (0.1 * k, 0.2), loops=3, record={}) for k in (1, 2, 4)
+        Driven(k, 10.0 * k, 15.0, (1.0, 1.0), (0.1 * k, 0.2), loops=3, record={})
+        for k in (1, 2, 4)
     ]
-    assert [goal.measured for goal in drive_goals(driven)] == [40.0, 0.4, 0.2]
+    assert [goal.measured for goal in drive_goals(driven)] == [40.0, 15.0, 0.4, 0.2]

@@ -89,15 +89,14 @@ def test_results_are_those_of_this_process_and_a_killed_worker_loses_none(addres
     assert bags[3] in found[3].reason
 
 
-def test_tasks_of_another_kind_are_done_alike(tmp_path):
+def test_tasks_of_another_kind_are_done_alike(address, tmp_path):
     clouds, _, odometry = drive(np.random.default_rng(0), 2)
     for k, points in enumerate(clouds):
         KeyframeClouds(tmp_path).write(k, points)
     guess = inverse(odometry[0]) @ odometry[1]
     pairs = Pairs('pair', str(tmp_path), ((0, 1),), guess[None], RegistrationConfig())
     gone = replace(pairs, folder=str(tmp_path / 'gone'))
-    with cluster(tmp_path) as address:
-        found = dict(on_cluster([pairs, gone], address, patience=60, call=joined))
+    found = dict(on_cluster([pairs, gone], address, patience=60, call=joined))
     (there,), (here,) = found[0].relations, joined(pairs).relations
     assert there.counts
     np.testing.assert_array_equal(there.T_i_j, here.T_i_j)
