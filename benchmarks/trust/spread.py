@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.case import displaced, errors, succeeded
-from idem_ros.core import Cloud, RegistrationConfig, register
+from idem_ros.core import Cloud, RegistrationConfig, Verdict, register
 
 OFF = (1.5, 1.0)  # [deg], spacings, of the start
 NOMINAL = {1: 68.27, 2: 95.45, 3: 99.73}  # [%] within so many standard deviations
@@ -22,7 +22,7 @@ class Spread(NamedTuple):
 
 
 def spread(kind, build):
-    """Return the `Spread` of one case, or None where it failed, or the verdict refuses it."""
+    """Return the `Spread` of one case; None where it failed, or is not called aligned."""
     case = build()
     rng = np.random.default_rng(crc32(case.name.encode()))
     target, source = Cloud(case.target), Cloud(case.source)
@@ -31,9 +31,10 @@ def spread(kind, build):
     start = displaced(case.truth, case.centroid, degrees, spacings * case.spacing, rng)
     result = register(target, source, start, config)
     T = result.T_target_source
-    if not (result.is_usable and succeeded(case, *errors(case, T))):
+    said = result.assessment
+    if said.verdict is not Verdict.ALIGNED or not succeeded(case, *errors(case, T)):
         return None
-    covariance = result.assessment.covariance
+    covariance = said.covariance
     turned = T[:3, :3] @ case.truth[:3, :3].T
     off = np.r_[T[:3, 3] - case.truth[:3, 3], Rotation.from_matrix(turned).as_rotvec()]
     sigmas = off / np.sqrt(np.diag(covariance))

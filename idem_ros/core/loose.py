@@ -54,7 +54,7 @@ def held_to_guess(pair: Pair, T_guess: Transform, descent: Descent) -> Found:
     k, way = weak
     if _is_firm(seen, k) and not _is_doubtful(pair, descent, way):
         return descent, seen
-    others = seen.motions[:, np.arange(6) != k]
+    others = seen.motions[:, seen.observable & (np.arange(6) != k)]
     tries = [_slid(each, T_guess, others, way) for each in _as_it_may_move(pair, descent)]
     return tries[0] if len(tries) == 1 else max(tries, key=lambda each: _votes(pair, each, way))
 
@@ -127,7 +127,7 @@ def _is_doubtful(pair: Pair, descent: Descent, way: Point) -> bool:
 def _slid(pair: Pair, T_guess: Transform, others: Twists, way: Point) -> Found:
     """Return the `Descent` to where what lies across a way coincides; else with it as guessed.
 
-    others: (6, 5), the motions but for that one.
+    others: (6, n), the motions that are held, but for that one.
     """
     kept = descend(pair, T_guess, others)
     if kept.cost is None:

@@ -51,6 +51,13 @@ def test_free_motions_stay_as_guessed_and_the_others_are_refined():
     assert abs(left_twist(solved.T_target_source, case.truth)[0] - before[0]) > 0.012
 
 
+def test_a_pole_is_neither_slid_along_its_axis_nor_turned_about_it():
+    case = bare_case('pole', 0, 0.15)
+    guess, kept = refined(case)
+    before, after = (left_twist(T, case.truth) for T in (guess, kept.T_target_source))
+    assert after[[2, 5]] == pytest.approx(before[[2, 5]], abs=0.01)
+
+
 def test_a_scene_that_holds_every_motion_leaves_none(rng):
     points = surface(rng, 4000)
     result = register(points, surface(rng, 4000))
