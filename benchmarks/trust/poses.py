@@ -1,6 +1,5 @@
 """Poses to be judged, right and wrong by known amounts, and what the judges see of each."""
 
-from dataclasses import replace
 from typing import NamedTuple
 from zlib import crc32
 
@@ -17,7 +16,6 @@ WRONG_DEG, WRONG = 3.0, 1.5  # what is neither is not counted, but how many is t
 LIDAR_MOVED = (0.57, 0.1)  # [deg], [m]
 OBJECT_MOVED = (1.0, 0.5)  # [deg], of the spacing
 LARGEST_OBJECT = 1.0  # [m], of the spread of its points
-MOVED = 6
 # starts: name, how many, least and most [deg], least and most over the spacing, stages
 STARTS = (
     ('near', 5, 0.0, 15.0, 0.0, 8.0, (8.0, 4.0, 2.0, 1.0)),
@@ -33,7 +31,7 @@ class Judged(NamedTuple):
     """One pose, whether it is right, and what is seen of it."""
 
     kind: str
-    how: str  # 'moved', or the name of its start
+    how: str  # the name of its start
     right: bool | None  # None: neither right nor clearly wrong
     near_discord: float
     contrast: float
@@ -45,7 +43,7 @@ class Judged(NamedTuple):
 
 
 def judged_poses(kind, build):
-    """Return the `Judged` poses of one case: solved from near and far, and moved off the best."""
+    """Return the `Judged` poses of one case: solved from near and far."""
     case = build()
     rng = np.random.default_rng(crc32(case.name.encode()))
     target, source = Cloud(case.target), Cloud(case.source)
@@ -56,7 +54,6 @@ def judged_poses(kind, build):
         numbers = *(getattr(seen, name) for name in NUMBERS), seen.p_aligned, seen.free
         found.append(Judged(kind, how, right, *numbers, peers(T)))
 
-    config = RegistrationConfig(voxel_size=case.voxel_size)
     for how, count, *ranges, stages in STARTS:
         of_start = RegistrationConfig(voxel_size=case.voxel_size, radius_schedule=stages)
         for _ in range(count):
@@ -66,11 +63,6 @@ def judged_poses(kind, build):
             result = register(target, source, start, of_start)
             T = result.T_target_source
             judge(how, _is_right(case, T), T, result.assessment)
-    audit = replace(config, mode='audit')
-    best = register(target, source, case.truth, config).T_target_source
-    for _ in range(MOVED):
-        T = displaced(best, case.centroid, *moved_by(case), rng)
-        judge('moved', False, T, register(target, source, T, audit).assessment)
     return found
 
 
