@@ -1,10 +1,12 @@
 """Worker processes that end with their parent, also when it is interrupted in their work."""
 
+import os
 import signal
 import sys
+import threading
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import active_children
+from multiprocessing import active_children, parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
 
 
@@ -53,5 +55,12 @@ def worker_pool(jobs, begin=None, *arguments):
 
 
 def _begin(begin, arguments):
+    # a parent that was killed closes no queue: who waits for its next task would wait for ever
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     if begin is not None:
         begin(*arguments)
+
+
+def _end_with_parent():
+    parent_process().join()
+    os._exit(1)
