@@ -62,5 +62,6 @@ def _begin(begin, arguments):
 
 
 def _end_with_parent():
-    parent_process().join()
-    os._exit(1)
+    if parent := parent_process():
+        parent.join()
+        os._exit(1)
