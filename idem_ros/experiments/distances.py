@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from idem_ros.terminal.interrupts import held_back
+
 BATCH = 200_000  # points looked up at once
 
 
@@ -53,8 +55,8 @@ class CloudDistances:
         shifts = translations[:, None, :]
         to_target, to_source = self.trees
         # P_1 seen from the moved P_2 is P_1 moved back.
-        of_target, _ = to_source.query(self.target - shifts, workers=self.threads)
-        of_source, _ = to_target.query(self.source + shifts, workers=self.threads)
+        of_target = nearest(to_source, self.target - shifts, self.threads)
+        of_source = nearest(to_target, self.source + shifts, self.threads)
         return np.stack(
             [
                 np.sqrt(np.mean(of_target**2, axis=1)),
@@ -63,3 +65,13 @@ class CloudDistances:
                 np.maximum(of_target.max(axis=1), of_source.max(axis=1)),
             ]
         )
+
+
+def nearest(tree, points, threads):
+    """Return how far the nearest point of a `cKDTree` is from each of some points (..., 3).
+
+    Ctrl-C waits for its end: interrupted, scipy frees what the query's threads still write.
+    """
+    with held_back():
+        distances, _ = tree.query(points, workers=threads)
+    return distances

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from idem_ros.core.metric.displacement import displaced, offsets_on_grid, q_on_grid
 from idem_ros.core.metric.landscape import Landscape
 from idem_ros.core.metric.region_of_interest import region_on_grid
-from idem_ros.experiments.distances import CloudDistances
+from idem_ros.experiments.distances import CloudDistances, nearest
 
 MAP_HEADER = ('panel', 'axis_1', 'axis_2', 'offset_1', 'offset_2', 'value', 'inside_roi')
 SAME = 1e-6  # [the case's unit]: how far apart two points count as one
@@ -138,8 +138,8 @@ def _rmse_of_rotations(distances, displacements):
     for begin in range(0, len(motions), BATCH):
         R, t = motions[begin : begin + BATCH, :3, :3], motions[begin : begin + BATCH, None, :3, 3]
         # Rows p: R^T (p - t) is (p - t) R.
-        of_target, _ = to_source.query((target - t) @ R, workers=distances.threads)
+        of_target = nearest(to_source, (target - t) @ R, distances.threads)
         moved = source @ R.transpose(0, 2, 1) + t
-        of_source, _ = to_target.query(moved, workers=distances.threads)
+        of_source = nearest(to_target, moved, distances.threads)
         found.append([np.sqrt(np.mean(d**2, axis=1)) for d in (of_target, of_source)])
     return np.concatenate(found, axis=1)

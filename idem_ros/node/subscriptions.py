@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from idem_ros.node.interface import IMU_INPUTS, POSE_INPUTS, TF_INPUTS, Topic, inputs_with
+from idem_ros.node.interface import IMU_INPUTS, TF_INPUTS, Topic, inputs_with
 from idem_ros.node.messages import class_needed
 from idem_ros.node.offers import (
     TRANSIENT_LOCAL,
@@ -22,7 +22,6 @@ from idem_ros.node.subscription_config import AUTO, SubscriptionConfig
 
 TF_DEPTH = 100  # as tf2 has it
 IMU_DEPTH = 200  # half a second at 400 Hz
-GUESS_DEPTH = 1000  # a tenth of a second at 10 kHz: whoever floods it pushes no guess out at once
 
 
 class Subscriptions:
@@ -152,17 +151,15 @@ class Subscriptions:
             return [QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)]
         if name in IMU_INPUTS:
             return [QoSProfile(depth=IMU_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)]
-        is_guess = name == 'initial_guess' or name in POSE_INPUTS
-        return [self._usual(GUESS_DEPTH if is_guess else self._config.depth)]
+        return [self._usual()]
 
     def _target_quality(self, durability: str) -> QoSProfile:
-        depth = self._config.depth
-        return _latched(depth) if durability == TRANSIENT_LOCAL else self._usual(depth)
+        return _latched(self._config.depth) if durability == TRANSIENT_LOCAL else self._usual()
 
-    def _usual(self, depth: int) -> QoSProfile:
+    def _usual(self) -> QoSProfile:
         reliability = ReliabilityPolicy[self._config.reliability.upper()]
         return QoSProfile(
-            depth=depth,
+            depth=self._config.depth,
             reliability=reliability,
             durability=DurabilityPolicy.VOLATILE,
         )

@@ -11,7 +11,7 @@ from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.pairing.trail import WINDOW
 
-KEPT = 4096  # four seconds at 1 kHz
+KEPT = 256
 
 
 class DoubtfulGuess(IdemError):

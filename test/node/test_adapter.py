@@ -209,7 +209,7 @@ def test_node_says_which_inputs_it_waits_for(bench, clouds):
     first = b.statuses('waiting')[0]
     assert first.level == DiagnosticStatus.STALE
     for name in ('target', 'source', 'initial_guess'):
-        assert f'/idem_node/{name} has 1 publishers' in first.message
+        assert f'/idem_node/{name} has 1 publisher (' in first.message
     b.target.publish(cloud_message(clouds[0], FIRST, 'map'))
     b.source.publish(cloud_message(clouds[1], FIRST, 'lidar'))
     b.until(lambda: b.statuses('waiting')[-1].message.startswith('waiting for initial_guess ('))

@@ -58,7 +58,7 @@ def test_sources_wait_for_the_pose_and_then_go_on_from_the_last_result(start, cl
     send(b, clouds, FIRST, target=False)
     b.until(lambda: b.statuses('waiting'))
     b.until(lambda: 'no pose has come to start from' in b.statuses('waiting')[-1].message)
-    assert '/initialpose has 1 publishers (PoseWith' in b.statuses('waiting')[-1].message
+    assert '/initialpose has 1 publisher (PoseWith' in b.statuses('waiting')[-1].message
     assert b.received['transform'] == []
     b.pose.publish(clicked(NEAR))
     first = answer_from(clouds, NEAR)

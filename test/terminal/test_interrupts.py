@@ -58,7 +58,8 @@ NEED_ROS = 'play', 'demo'
 MAY_FAIL = 'register', 'align', 'calibrate', 'smooth', 'in a map', 'play', 'demo'
 LONGEST = 4.0  # [s] until Ctrl-C; of several moments the first is at the end, and tells how long
 PATIENCE = 30.0  # [s]
-NOTES = ('idem: compiling kernels', '[')  # what evaluate says of each recording begins with [
+# what evaluate says of each recording begins with [
+NOTES = 'idem: compiling kernels', 'idem play: waits up to', '['
 
 
 @pytest.fixture(scope='module')
