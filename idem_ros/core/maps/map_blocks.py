@@ -97,8 +97,8 @@ class MapBlocks:
     def prepared_around(self, center: Point, reach: float) -> Iterator[Index]:
         """Prepare what scans asked for lately in the blocks around a place, the nearest first.
 
-        Yields the index of each block that is prepared now, until half of what is kept would be
-        new.
+        Yields the index of a block for each kind that is prepared of it now, until half of what is
+        kept would be new.
         """
         with self._lock:
             asked = [*self._asked][::-1]
@@ -112,9 +112,8 @@ class MapBlocks:
                         self.points(level, index)
                     else:
                         self.moments(level, radius, index)
-                if self._latest.made > most:
-                    return
-                if new:
+                    if self._latest.made > most:
+                        return
                     yield index
 
     def _has(self, level: Level, radius: float | None, index: Index) -> bool:

@@ -81,6 +81,9 @@ class MapCloud:
     ) -> MapPart:
         """Return what of the map a scan at a pose can meet: a `Cloud`, which may have no point.
 
+        What is prepared ahead ends with the piece it is at: two threads of Python wait for each
+        other at every step, and whoever registers asks for it again afterwards.
+
         Args:
             source: the scan's `Cloud`.
             T_target_source: (4, 4).
@@ -91,6 +94,8 @@ class MapCloud:
             OutOfTime: the workers are late.
             InvalidConfig: voxels finer than single precision resolves the scan's extent.
         """
+        with self._lock:
+            self._request += 1
         size = size_found(with_voxel_size_of(config, source))
         if size is not None:
             source.require_resolved(size)
@@ -111,15 +116,16 @@ class MapCloud:
     def prefetch(self, center: ArrayLike, reach: float) -> Future[None]:
         """Prepare, in a thread of its own, what scans around a place will ask for; do not wait.
 
-        As far as earlier scans have shown what that is. A later call takes the place of this one.
+        As far as earlier scans have shown what that is. A later call takes the place of this one,
+        the next scan ends it: it is for the time between two.
 
         Args:
             center: (3,) in the map's frame.
             reach: how far from it blocks are prepared, in the map's unit.
 
         Returns:
-            A future that is done when the blocks are prepared, or a later call has come; with the
-            source's error where it could not be read.
+            A future that is done when the blocks are prepared, a later call has come, or a scan
+            to be registered; with the source's error where it could not be read.
         """
         ahead = self._blocks.prepared_around(np.asarray(center, dtype=np.float64), reach)
         done: Future[None] = Future()
@@ -131,7 +137,7 @@ class MapCloud:
         return done
 
     def _go_ahead(self, ahead: Iterator[object], request: int, done: Future[None]) -> None:
-        """Prepare one block, and come back for the next: a program that ends waits for no more."""
+        """Prepare a piece of a block, and come back for the next: who ends waits for no more."""
         assert self._thread is not None, 'it runs this'
         try:
             if request == self._request and next(ahead, DONE) is not DONE:
