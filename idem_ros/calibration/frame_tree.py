@@ -74,8 +74,8 @@ class FrameTree:
     def with_poses(self, names, poses):
         """Return {frame: (parent, (4, 4) in it)} of sensors that are elsewhere now.
 
-        Each stays below the parent that it has; one without a parent is below the first. What is
-        between the first and the root stays.
+        Each stays below the parent that it has; one without a parent is below the first, unless
+        the first is below it. What is between the first and the root stays.
 
         Args:
             names: of the sensors; the first is the reference.
@@ -83,10 +83,11 @@ class FrameTree:
         """
         moved = dict(zip(map(bare, names), poses, strict=True))
         first = bare(names[0])
+        above = self._ways_up(first)
         return {
             name: self._in_its_parent(bare(name), first, moved)
             for name in names
-            if self.parent_of(name) is not None or bare(name) != first
+            if self.parent_of(name) is not None or bare(name) not in above
         }
 
     def _in_its_parent(self, name, first, moved):

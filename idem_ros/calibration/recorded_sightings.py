@@ -112,16 +112,16 @@ def sightings_in(recording, rig, count, point_times, prepare):
         UnusableRig: no other sensor has a cloud at an instant of the reference.
     """
     chosen = _chosen(rig, count)
-    wanted = {each for row, near in chosen for each in (*row, near) if each is not None}
+    wanted = {each for row, near in chosen for each in (*row, *near) if each is not None}
     measured = _measured(recording, rig, wanted, point_times, prepare)
     sightings = []
     for row, near in chosen:
         at = row[0][1]
         each = tuple(_at(measured.get(key), key, at) for key in row)
-        neighbour = None
-        if near is not None and near in measured:
-            neighbour = _at(measured[near], near, near[1]), (near[1] - at) / SECOND
-        sightings.append(Sighting(f'{at / SECOND:.3f} s', each, neighbour))
+        neighbours = tuple(
+            (measured[key], (key[1] - at) / SECOND) for key in near if key in measured
+        )
+        sightings.append(Sighting(f'{at / SECOND:.3f} s', each, neighbours))
     return sightings
 
 
@@ -135,7 +135,7 @@ def offsets(rig, sightings):
 
 
 def _chosen(rig, count):
-    """Return [([(topic, stamp) or None of each sensor], neighbour of the reference or None)]."""
+    """Return [([(topic, stamp) or None of each sensor], [neighbours of the reference])]."""
     reference, *others = (rig.stamps[topic] for topic in rig.topics)
     period = float(np.median(np.diff(reference))) if len(reference) > 1 else ALONE_NS
     last = len(reference) - 1
@@ -150,8 +150,8 @@ def _chosen(rig, count):
             is_far = near is not None and abs(near - at) > period
             far[topic] += is_far
             row.append(None if near is None or is_far else (topic, near))
-        near = None if last == 0 else reference[place + 1]
-        chosen.append((row, None if near is None else (rig.topics[0], near)))
+        around = [place + 1, place - 1 if place else place + 2]
+        chosen.append((row, [(rig.topics[0], reference[k]) for k in around if 0 <= k <= last]))
     rig.flaws += [
         f'{topic} has no cloud within a period, {period / SECOND:.3g} s, of the reference at '
         f'{n} of {len(chosen)} instants'

@@ -23,22 +23,52 @@ def step_between(first, second, config, guess=None):
     return result.T_target_source if result.is_usable else None
 
 
-def twist_between(first, second, seconds, config):
+def twist_at_time(when, measured, neighbours, config):
     """Return the twist (6,) x y z [m/s] rx ry rz [rad/s] of a sensor; None: unknown.
 
+    With two neighbours it may change evenly: in a bend each sweep is smeared differently, and one
+    twist for all would be wrong by half of the change.
+
     Args:
-        first, second: `Measured` of one sensor, the times of each after its own stamp.
-        seconds: from the first stamp to the second; negative: the second is the earlier.
+        when: [s] after the cloud's stamp.
+        measured: `Measured`, the times after its own stamp, as of all of them.
+        neighbours: one or two other clouds of the same sensor, each with how much later it is [s].
         config: `RegistrationConfig`.
     """
-    step, twist = None, np.zeros(6)
+    track = sorted([(0.0, measured), *((late, each) for each, late in neighbours)], key=_stamp)
+    stamps = np.array([stamp for stamp, _ in track])
+    middles = stamps + [_middle(each) for _, each in track]
+    steps, rates = [None] * (len(track) - 1), np.zeros((len(track) - 1, 6))
     for _ in range(ROUNDS):  # what the motion smears is undone by what was found of it before
-        clouds = [at_one_time(each, np.eye(4), twist) for each in (first, second)]
-        step = step_between(*clouds, config, step)
-        if step is None:
-            return None
-        twist = se3.log(step)[ORDER] / seconds
-    return twist
+        twists = _even_change(stamps, rates, middles)
+        clouds = [
+            at_one_time(each, np.eye(4), w) for (_, each), w in zip(track, twists, strict=True)
+        ]
+        steps = [
+            step_between(*pair, config, guess)
+            for *pair, guess in zip(clouds, clouds[1:], steps, strict=False)
+        ]
+        if any(step is None for step in steps):
+            return twist_at_time(when, measured, neighbours[:1], config) if steps[1:] else None
+        rates = np.array([se3.log(step)[ORDER] for step in steps]) / np.diff(stamps)[:, None]
+    return _even_change(stamps, rates, np.array([when]))[0]
+
+
+def _stamp(of_track):
+    return of_track[0]
+
+
+def _middle(measured):
+    return 0.0 if measured.times is None else float(np.mean(measured.times))
+
+
+def _even_change(stamps, rates, times):
+    """Return the twists (K, 6) at times, given the mean rates (n, 6) between stamps."""
+    between = (stamps[1:] + stamps[:-1]) / 2
+    if len(rates) == 1:
+        return np.repeat(rates, len(times), axis=0)
+    change = (rates[1] - rates[0]) / (between[1] - between[0])
+    return rates[0] + (np.asarray(times) - between[0])[:, None] * change
 
 
 def is_still(twist):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from idem_ros.calibration.calibrating import calibrate
 from idem_ros.calibration.instant import Instant
-from idem_ros.calibration.rig_motion import at_one_time, is_still, twist_between
+from idem_ros.calibration.rig_motion import at_one_time, is_still, twist_at_time
 from idem_ros.core import IdemError
 from idem_ros.core.trust.assessment import WIDER
 
@@ -34,8 +34,8 @@ class Sighting(NamedTuple):
     name: str
     measured: tuple[Measured | None, ...]
     """Of each, the reference's first; None: it was silent."""
-    neighbour: tuple[Measured, float] | None = None
-    """Another cloud of the reference, and how much later it is [s]; None: there is none."""
+    neighbours: tuple[tuple[Measured, float], ...] = ()
+    """Up to two more clouds of the reference, and how much later each is [s]."""
 
 
 def calibrate_sightings(sightings, names, starts, config):
@@ -62,10 +62,12 @@ def calibrate_sightings(sightings, names, starts, config):
 
 
 def _twist(sighting, config):
-    if sighting.neighbour is None or sighting.measured[0] is None:
+    reference = sighting.measured[0]
+    if not sighting.neighbours or reference is None:
         return None
-    other, later = sighting.neighbour
-    return twist_between(sighting.measured[0], other, later, config)
+    times = [each.times.mean() for each in sighting.measured if each and each.times is not None]
+    when = float(np.mean(times)) if times else 0.0
+    return twist_at_time(when, reference, sighting.neighbours, config)
 
 
 def _instant(sighting, poses, twist):
@@ -84,6 +86,8 @@ def _require_one_unit(sightings, names):
         for of_sensor in zip(*(each.measured for each in sightings), strict=True)
     ]
     medians = np.array([np.median(each) if each else np.nan for each in widths])
+    if np.isnan(medians).all():
+        return
     low, high = np.nanmin(medians), np.nanmax(medians)
     if low > 0.0 and high > WIDEST * low:
         raise OtherUnits(

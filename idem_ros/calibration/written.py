@@ -31,7 +31,7 @@ def write_calibration(folder, names, found, tree):
     """
     from idem_ros.report.clouds_picture import draw_clouds  # who draws nothing needs no matplotlib
 
-    edges = tree.with_poses(names, found.poses)
+    edges = calibrated_edges(names, found, tree)
     with filling(folder) as place:
         (place / YAML).write_text(yaml_text(names, found))
         (place / URDF).write_text(''.join(joint_text(p, c, T) for c, (p, T) in edges.items()))
@@ -42,6 +42,13 @@ def write_calibration(folder, names, found, tree):
         points = [cloud.points + cloud.origin for cloud in clouds]
         before, after = (np.array(poses)[heard] for poses in (found.starts, found.poses))
         draw_clouds(place / PICTURE, points, before, after)
+
+
+def calibrated_edges(names, found, tree):
+    """Return {frame: (parent, (4, 4) in it)} of the sensors whose verdict lets them be used."""
+    usable = {name for name, is_usable in zip(names, found.usable, strict=True) if is_usable}
+    edges = tree.with_poses(names, found.poses)
+    return {name: edge for name, edge in edges.items() if name in usable}
 
 
 def publishers(edges):

@@ -5,7 +5,12 @@ import json
 import numpy as np
 
 from idem_ros.calibration.rig_motion import is_still
-from idem_ros.calibration.written import publishers, record_of, sensors_table
+from idem_ros.calibration.written import (
+    calibrated_edges,
+    publishers,
+    record_of,
+    sensors_table,
+)
 
 
 def text(calibrated, twists, notes, folder):
@@ -31,7 +36,7 @@ def text(calibrated, twists, notes, folder):
     if folder:
         lines.append(f'{folder}: extrinsics.yaml, joints.urdf, publish.sh, overlay.png')
     else:
-        lines += publishers(tree.with_poses(names, found.poses))
+        lines += publishers(calibrated_edges(names, found, tree))
     return '\n'.join(lines)
 
 

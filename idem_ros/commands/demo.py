@@ -9,7 +9,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.node.rclpy_needed import require_rclpy
 
 BAG = 'bags/demo.mcap'
-PATIENCE = 2.0  # [s]
+PATIENCE = 10.0  # [s]: on a machine that is busy, too
 LONGEST = 50.0  # [s] of playing, however many scans are left
 
 

@@ -267,4 +267,7 @@ def _usable(points):
     """Return (N,) bool: which points are usable, and which are finite."""
     x, y, z = points.T  # a column at a time: numpy reduces rows of three ten times slower
     finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
-    return finite & ((x != 0.0) | (y != 0.0) | (z != 0.0)), finite
+    zero = x == 0.0
+    if zero.any():
+        zero &= (y == 0.0) & (z == 0.0)
+    return finite & ~zero, finite

@@ -86,7 +86,8 @@ def _find(seconds: float) -> int:
         heard = find(node, seconds)
     finally:
         node.destroy_node()
-    print(told(heard, seconds))
+    with suppress(BrokenPipeError):  # the reader of our output went away: `... | head`
+        print(told(heard, seconds), flush=True)
     return 0 if proposal(heard) else FAILED
 
 

@@ -133,7 +133,8 @@ def _tolerant(registration, cloud, scale):
     Each pair alone has a minimum of its own; how far that is to be believed, its covariance says.
     """
     size = registration.voxel_size or cloud.fourth_neighbor_distance()
-    return replace(registration, audit_tolerance=(size / 2, np.degrees(size / 2 / scale)))
+    angle = min(np.degrees(size / 2 / scale), 180.0)
+    return replace(registration, audit_tolerance=(size / 2, angle))
 
 
 def weighed(relations):

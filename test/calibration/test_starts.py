@@ -60,6 +60,14 @@ def test_a_sensor_on_another_sensor_follows_it(rng):
     assert [edges[name][0] for name in names] == ['base', 'base', 'b']
 
 
+def test_a_reference_below_another_sensor_stays_below_it(rng):
+    tree = FrameTree('x', {'b': ('a', motion(rng, 30.0, 1.0))})
+    names, poses = ['b', 'a', 'c'], [np.eye(4), motion(rng, 9.0, 1.0), motion(rng, 9.0, 1.0)]
+    edges = tree.with_poses(names, poses)
+    assert {name: parent for name, (parent, _) in edges.items()} == {'b': 'a', 'c': 'b'}
+    np.testing.assert_allclose(starts_of(FrameTree('x', edges), names), poses, atol=1e-12)
+
+
 def test_a_joint_is_written_as_it_is_read(tmp_path, rng):
     T = motion(rng, 100.0, 2.0)
     text = f'<robot name="x">{joint_text("base", "left", T)}</robot>'
