@@ -61,6 +61,15 @@ def clouds():
     return corner()
 
 
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    """A browser that draws in software, or a skip where there is none."""
+    from browser import SOFTWARE, open_browser
+
+    with open_browser(tmp_path_factory.mktemp('profile'), *SOFTWARE) as page:
+        yield page
+
+
 @pytest.fixture
 def bench(context):
     """What makes a node between publishers and subscriptions, see `Bench`, which end with it."""

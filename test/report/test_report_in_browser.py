@@ -1,5 +1,5 @@
 import pytest
-from browser import COLOURS, SOFTWARE, open_browser
+from browser import COLOURS, open_browser
 from replayed import changed, write_replayed
 
 from idem_ros.report import plots as report_plots
@@ -34,12 +34,6 @@ def address(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report_plots, 'MEASURES', report_plots.MEASURES[:1])
         return write_report([result, other], folder / 'report').as_uri()
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    with open_browser(tmp_path_factory.mktemp('profile'), *SOFTWARE) as page:
-        yield page
 
 
 @pytest.mark.parametrize('size', [DESKTOP, PHONE])

@@ -1,7 +1,7 @@
 import re
 
 import pytest
-from browser import COLOURS, SOFTWARE, open_browser
+from browser import COLOURS, open_browser
 from replayed import write_replayed
 
 from idem_ros.report.shown_frame import shown_frame
@@ -17,12 +17,6 @@ def address(tmp_path_factory):
     page = folder / 'page.html'
     page.write_text(page_of(shown_frame(write_replayed(folder), 0)), encoding='utf-8')
     return page.as_uri()
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    with open_browser(tmp_path_factory.mktemp('profile'), *SOFTWARE) as page:
-        yield page
 
 
 @pytest.mark.parametrize('size', [DESKTOP, PHONE])
