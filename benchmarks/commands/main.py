@@ -22,6 +22,7 @@ from benchmarks.commands.outputs import (
     add_output_options,
     check_jobs,
     check_outputs,
+    check_trials,
     progress,
     write,
 )
@@ -73,6 +74,16 @@ def _parser():
         add_config_options(goals, without=OWN)
         goals.set_defaults(run=measured)
     _add_trust(kinds)
+    _add_pages(kinds)
+    sweeps.add_parser(kinds)
+    tunnels.add_parser(kinds)
+    beyond.add_parsers(kinds)
+    docs.add_parser(kinds)
+    return parser
+
+
+def _add_pages(kinds):
+    """Add what measures and draws pages."""
     report = kinds.add_parser(
         'report', help='time and size of a report of 1000 frames; exit code 1 if one is missed'
     )
@@ -88,11 +99,6 @@ def _parser():
         '--out', metavar='DIR', default='docs/gallery', help='(default: %(default)s)'
     )
     gallery.set_defaults(run=_gallery)
-    sweeps.add_parser(kinds)
-    tunnels.add_parser(kinds)
-    beyond.add_parsers(kinds)
-    docs.add_parser(kinds)
-    return parser
 
 
 def _add_speed(kinds):
@@ -242,8 +248,7 @@ def _trust(args):
     for name in args.part or ():
         if name not in known:
             raise UsageError(f'--part is {name!r}; there are {", ".join(known)}')
-    if args.trials is not None and args.trials < 1:
-        raise UsageError(f'--trials is {args.trials}; it must be from 1')
+    check_trials(args)
     trials = args.trials or (2 if args.quick else None)
     small_gicp()
     return _told(args, 'Trust', measure(config, trials, args.part, args.jobs, progress))

@@ -25,6 +25,19 @@ def add_output_options(parser):
     parser.add_argument('--markdown', metavar='FILE', help='write the tables as Markdown')
 
 
+def add_trials(parser, default, what):
+    """Add `--trials`; what: each is one of these."""
+    parser.add_argument(
+        '--trials', type=int, default=default, metavar='N', help=f'{what} (default: %(default)s)'
+    )
+
+
+def check_trials(args):
+    """Refuse a number of trials that is none."""
+    if args.trials is not None and args.trials < 1:
+        raise UsageError(f'--trials is {args.trials}; it must be from 1')
+
+
 def check_jobs(args):
     """Refuse a number of processes that is none."""
     if args.jobs < 1:

@@ -3,11 +3,13 @@
 from benchmarks.commands.outputs import (
     QUICK,
     add_output_options,
+    add_trials,
     check_outputs,
+    check_trials,
     progress,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
 
 TRIALS = 24
@@ -37,9 +39,7 @@ def add_parser(kinds, without):
         'calibrate',
         help='rigs of LiDARs calibrated from far starts; exit code 1 if a figure is missed',
     )
-    parser.add_argument(
-        '--trials', type=int, default=TRIALS, metavar='N', help='rigs (default: %(default)s)'
-    )
+    add_trials(parser, TRIALS, 'rigs')
     add_output_options(parser)
     add_config_options(parser, without=without)
     parser.set_defaults(run=_run)
@@ -51,8 +51,7 @@ def _run(args):
     from benchmarks.rigs.captures import capture_goals
     from benchmarks.rigs.measure import measure_rigs, rig_goals, rigs_table
 
-    if args.trials < 1:
-        raise UsageError(f'--trials is {args.trials}; it must be from 1')
+    check_trials(args)
     check_outputs(args)
     config, trials = config_from(args), 2 if args.quick else args.trials
     found = measure_rigs(config, trials, progress)

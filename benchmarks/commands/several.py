@@ -3,11 +3,13 @@
 from benchmarks.commands.outputs import (
     QUICK,
     add_output_options,
+    add_trials,
     check_outputs,
+    check_trials,
     progress,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
 
 TRIALS = 2
@@ -39,13 +41,7 @@ def add_parser(kinds, without):
         'several',
         help='several clouds at once beside pairs; exit code 1 if a figure is missed',
     )
-    parser.add_argument(
-        '--trials',
-        type=int,
-        default=TRIALS,
-        metavar='N',
-        help=f'bodies for each ring (default: {TRIALS})',
-    )
+    add_trials(parser, TRIALS, 'bodies for each ring')
     add_output_options(parser)
     add_config_options(parser, without=without)
     parser.set_defaults(run=_run)
@@ -64,8 +60,7 @@ def _run(args):
         rings_table,
     )
 
-    if args.trials < 1:
-        raise UsageError(f'--trials is {args.trials}; it must be from 1')
+    check_trials(args)
     check_outputs(args)
     config, trials = config_from(args), 1 if args.quick else args.trials
     rings = RINGS[1:2] if args.quick else RINGS

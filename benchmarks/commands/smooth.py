@@ -3,11 +3,13 @@
 from benchmarks.commands.outputs import (
     QUICK,
     add_output_options,
+    add_trials,
     check_outputs,
+    check_trials,
     progress,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
 
 TRIALS, SEEDS, MAPS, VOXEL_SIZE = 2, 2, 12, 0.5
@@ -40,9 +42,7 @@ def add_parser(kinds, without):
         help='a trajectory made consistent: errors, time, memory, and the score of the map; exit '
         'code 1 if a figure is missed',
     )
-    parser.add_argument(
-        '--trials', type=int, default=TRIALS, metavar='N', help=f'drives (default: {TRIALS})'
-    )
+    add_trials(parser, TRIALS, 'drives')
     add_output_options(parser)
     add_config_options(parser, without=without)
     parser.set_defaults(run=_run)
@@ -57,8 +57,7 @@ def _run(args):
     from benchmarks.goal import goals_table
     from benchmarks.smooth import maps, measure
 
-    if args.trials < 1:
-        raise UsageError(f'--trials is {args.trials}; it must be from 1')
+    check_trials(args)
     check_outputs(args)
     config = replace(config_from(args), voxel_size=VOXEL_SIZE)
     quick = args.quick

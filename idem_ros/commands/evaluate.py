@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
-from idem_ros.commands.options import add_topic_options, topics_from
+from idem_ros.commands.options import add_topic_options, add_worker_options, topics_from
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.terminal.printable import printable
 
@@ -47,16 +47,7 @@ def add_parser(subparsers):
         nargs='+',
         help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag; or a folder of such',
     )
-    workers = parser.add_mutually_exclusive_group()
-    workers.add_argument(
-        '--jobs', type=int, metavar='N', help='worker processes (default: one a core)'
-    )
-    workers.add_argument(
-        '--cluster',
-        metavar='ADDRESS',
-        help='let the workers of a Dask scheduler (HOST:PORT) do it; they must see the '
-        'recordings by the same paths (needs the extra "cluster")',
-    )
+    add_worker_options(parser, 'the recordings by the same paths')
     parser.add_argument(
         '--out', metavar='DIR', help='folder for the results, new or to go on with'
     )

@@ -209,3 +209,17 @@ def _shown(default):
     if isinstance(default, bool):
         return 'no'
     return 'none' if default is None else default
+
+
+def add_worker_options(parser, shared):
+    """Add `--jobs` and `--cluster`: who does the work; shared: what workers elsewhere must see."""
+    workers = parser.add_mutually_exclusive_group()
+    workers.add_argument(
+        '--jobs', type=int, metavar='N', help='worker processes (default: one a core)'
+    )
+    workers.add_argument(
+        '--cluster',
+        metavar='ADDRESS',
+        help='let the workers of a Dask scheduler (HOST:PORT) do it; they must see '
+        f'{shared} (needs the extra "cluster")',
+    )

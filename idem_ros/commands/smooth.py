@@ -6,7 +6,12 @@ import sys
 from contextlib import closing
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
-from idem_ros.commands.options import add_config_options, add_max_chunk, config_from
+from idem_ros.commands.options import (
+    add_config_options,
+    add_max_chunk,
+    add_worker_options,
+    config_from,
+)
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
@@ -75,16 +80,7 @@ def add_parser(subparsers):
     parser.add_argument(
         '--source-topic', metavar='NAME', help='PointCloud2 topic (default: found by type)'
     )
-    workers = parser.add_mutually_exclusive_group()
-    workers.add_argument(
-        '--jobs', type=int, metavar='N', help='worker processes (default: one a core)'
-    )
-    workers.add_argument(
-        '--cluster',
-        metavar='ADDRESS',
-        help='let the workers of a Dask scheduler (HOST:PORT) do it; they must see DIR by the '
-        'same path (needs the extra "cluster")',
-    )
+    add_worker_options(parser, 'DIR by the same path')
     add_max_chunk(parser)
     add_config_options(parser, without=DECIDED)
     for config_type in OTHERS:

@@ -41,6 +41,7 @@ class _HomeLocator(UserWideCacheLocator):
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> Any:
+        """Return the locator of a function; None: there is no home."""
         if not Path(cls(py_func, py_file).get_cache_path()).is_absolute():
             return None
         return super().from_function(py_func, py_file)
@@ -57,6 +58,7 @@ class _TemporaryLocator(InTreeCacheLocator):
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> Any:
+        """Return the locator of a function; None: there is no such folder."""
         try:
             return super().from_function(py_func, py_file)
         except OSError:  # there is no folder of temporary files, or this one is somebody else's
@@ -68,6 +70,7 @@ class _InstalledLocator(InTreeCacheLocator):
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> Any:
+        """Return the locator of a function; None: its source lies in no file."""
         return cls(py_func, py_file) if Path(py_file).exists() else None
 
 

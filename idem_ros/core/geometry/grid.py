@@ -207,3 +207,13 @@ def within(
         found[n] = j  # kept only if it is counted: no branch to mispredict
         n += np.uint64(dx * dx + dy * dy + dz * dz <= r2)
     return n
+
+
+@kernel
+def crowding(grid: Grid) -> float:
+    """Return how many points share the cell of a point, on average."""
+    total, start = 0.0, grid.start
+    for c in range(start.shape[0] - 1):
+        in_cell = float(start[c + 1] - start[c])
+        total += in_cell * in_cell
+    return total / start[-1]

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from idem_ros.core.arrays import (
     Floats,
     Indices,
-    Integers32,
     Mask,
     MomentRows,
     Point,
@@ -24,10 +23,9 @@ from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
-from idem_ros.core.geometry.grid import Grid, bounds, build_grid
+from idem_ros.core.geometry.grid import Grid, bounds, build_grid, crowding
 from idem_ros.core.geometry.undistortion import checked_times
 from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
-from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
 from idem_ros.core.metric.measured_points import MIDDLE_SAMPLE, centred_points, checked_points
@@ -190,7 +188,7 @@ class Cloud:
 
     def crowding(self, radius: float) -> float:
         """Return how many points share the cell of a point, on average; see `in_cells`."""
-        return _crowding(self.in_cells(radius).grid.start)
+        return crowding(self.in_cells(radius).grid)
 
     def require_resolved(self, voxel_size: float) -> None:
         """Refuse voxels finer than single precision resolves the cloud's extent.
@@ -278,16 +276,6 @@ def neighbourhoods(
         )
 
     return [kept(cloud) for cloud in clouds]
-
-
-@kernel
-def _crowding(start: Integers32) -> float:
-    """Return how many points share a point's cell, on average; start: where each cell begins."""
-    total = 0.0
-    for c in range(start.shape[0] - 1):
-        in_cell = float(start[c + 1] - start[c])
-        total += in_cell * in_cell
-    return total / start[-1]
 
 
 def _room_for_moments(cells: Cells) -> tuple[MomentRows, MomentRows]:

@@ -10,7 +10,6 @@ from idem_ros.core.arrays import (
     Points,
     RotationMatrix,
     Transform,
-    Triple,
 )
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.grid import (
@@ -24,7 +23,7 @@ from idem_ros.core.geometry.grid import (
 )
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import entropy
-from idem_ros.core.metric.moments import TIE, plus, row_of
+from idem_ros.core.metric.moments import TIE, add_member, plus, row_of
 
 MARGIN = 1.0 + 1e-9
 
@@ -131,21 +130,6 @@ def _moments(grid: Grid, is_source: Mask, r2: float) -> Floats:
         for c in range(n):
             j = np.uint64(found[c])
             d = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
-            _add(moments[i, np.int64(is_source[j])], d, 1.0)
-            _add(moments[j, own], d, -1.0)
+            add_member(moments[i, np.int64(is_source[j])], d, 1.0)
+            add_member(moments[j, own], d, -1.0)
     return moments
-
-
-@inlined
-def _add(m: Floats, d: Triple, sign: float) -> None:
-    dx, dy, dz = d
-    m[0] += 1.0
-    m[1] += sign * dx
-    m[2] += sign * dy
-    m[3] += sign * dz
-    m[4] += dx * dx
-    m[5] += dx * dy
-    m[6] += dx * dz
-    m[7] += dy * dy
-    m[8] += dy * dz
-    m[9] += dz * dz

@@ -8,6 +8,7 @@ of the points that it stands for where it is a voxel's mean. Ten numbers are a b
 import numpy as np
 
 from idem_ros.core.arrays import (
+    Floats,
     Indices,
     Integer,
     MomentRows,
@@ -198,3 +199,19 @@ def rotated(R: RotationMatrix, m: Moments) -> Moments:
         R[2, 0] * sx + R[2, 1] * sy + R[2, 2] * sz,
         *symmetric3.rotated(R, (xx, xy, xz, yy, yz, zz)),
     )
+
+
+@inlined
+def add_member(m: Floats, d: Triple, sign: float) -> None:
+    """Add a point at d from the centre to moments (10,); sign -1: the centre as seen from it."""
+    dx, dy, dz = d
+    m[0] += 1.0
+    m[1] += sign * dx
+    m[2] += sign * dy
+    m[3] += sign * dz
+    m[4] += dx * dx
+    m[5] += dx * dy
+    m[6] += dx * dz
+    m[7] += dy * dy
+    m[8] += dy * dz
+    m[9] += dz * dz

@@ -17,7 +17,7 @@ from idem_ros.core.blocks import in_threads
 from idem_ros.core.geometry.grid import neighbours, room_for
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import entropy
-from idem_ros.core.metric.moments import plus, point_of, rotated, row_of
+from idem_ros.core.metric.moments import add_member, plus, point_of, rotated, row_of
 from idem_ros.core.several.joint_balls import SHARES, JointBalls, Union, block_spans
 
 
@@ -123,15 +123,6 @@ def _add_by_cloud(
         row = moments[b]
         seen[n] = b  # kept only if it is counted
         n += row[0] == 0.0
-        x, y, z = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
-        row[0] += 1.0
-        row[1] += x
-        row[2] += y
-        row[3] += z
-        row[4] += x * x
-        row[5] += x * y
-        row[6] += x * z
-        row[7] += y * y
-        row[8] += y * z
-        row[9] += z * z
+        d = points[j, 0] - p[0], points[j, 1] - p[1], points[j, 2] - p[2]
+        add_member(row, d, 1.0)
     return n
