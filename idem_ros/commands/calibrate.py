@@ -58,7 +58,9 @@ def _add_inputs(parser):
         'in their order (default: /tf_static of the recording; else all at one place)',
     )
     parser.add_argument(
-        '--reference', metavar='NAME', help='topic or sensor whose frame it is in (default: first)'
+        '--reference',
+        metavar='NAME',
+        help="whose frame it is in: a recording's topic, a file's sensor (default: first)",
     )
     parser.add_argument(
         '--topics',

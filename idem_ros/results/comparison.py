@@ -96,7 +96,8 @@ def tally(result):
     """Return {what: how many sources}: what became of those of a result, and their verdicts."""
     verdicts = Counter(frame.get('verdict') for frame in result.frames)
     judged = {f'verdict {name}': verdicts[name] for name in sorted(filter(None, verdicts))}
-    return {name: result.counts[name] for name in COUNTS} | judged
+    unjudged = {'no verdict': verdicts[None]} if None in verdicts else {}
+    return {name: result.counts[name] for name in COUNTS} | judged | unjudged
 
 
 def _require_same_recording(a, b):
