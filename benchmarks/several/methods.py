@@ -1,14 +1,11 @@
 """Poses of several clouds by each method: at once, by pairs in a chain, by a graph of pairs."""
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.sparse import lil_matrix
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from benchmarks.case import Case
 from benchmarks.methods import Setting, peer_solvers
-from idem_ros.core import Cloud, register, register_all
+from idem_ros.core import Cloud, PosePrior, register, register_all, solve_graph
 from idem_ros.core.geometry import se3
 
 JOINT, CHAIN, GRAPH, MULTIWAY = 'at once', 'chain of pairs', 'graph of pairs', 'multiway GICP'
@@ -28,47 +25,14 @@ def solve_all(scene, config):
         CHAIN: _chained([edges[min(k, k + 1), k + 1].T_target_source for k in range(count - 1)]),
     }
     weighed = [
-        (*pair, result.T_target_source, _root(result.assessment.covariance))
-        for pair, result in edges.items()
-        if result.is_usable or pair[1] - pair[0] == 1
+        PosePrior(j, result.T_target_source, result.assessment.covariance, target=i)
+        for (i, j), result in edges.items()
+        if result.is_usable or j - i == 1
     ]
-    found[GRAPH] = solved_graph(weighed, scene.truth)
+    found[GRAPH] = solve_graph(scene.truth, weighed).poses
     for distance in DISTANCES:
         found[MULTIWAY, distance] = _multiway(scene, distance)
     return joint, found
-
-
-def solved_graph(edges, truth):
-    """Return the poses that edges (i, j, T_i_j, root) agree on; root.T whitens x y z rx ry rz."""
-    count = len(truth)
-    scale = np.linalg.norm(np.array([T[:3, 3] for *_, T, _ in edges]), axis=1).mean() or 1.0
-
-    def poses(parameters):
-        """Return the (K, 4, 4) poses; the first is held."""
-        moves = parameters.reshape(-1, 6) * np.r_[np.full(3, scale), np.ones(3)]
-        return np.array(
-            [
-                truth[0],
-                *(_moved(T, move) for T, move in zip(truth[1:], moves, strict=True)),
-            ]
-        )
-
-    def residuals(parameters):
-        """Return how far each edge is from its measurement, whitened."""
-        at = poses(parameters)
-        return np.concatenate(
-            [root.T @ _off(se3.inverse(at[i]) @ at[j], T) for i, j, T, root in edges]
-        )
-
-    sparsity = lil_matrix((6 * len(edges), 6 * (count - 1)), dtype=int)
-    for row, (i, j, *_) in enumerate(edges):
-        for k in (i, j):
-            if k:
-                sparsity[6 * row : 6 * row + 6, 6 * k - 6 : 6 * k] = 1
-    solved = least_squares(
-        residuals, np.zeros(6 * (count - 1)), jac_sparsity=sparsity, x_scale='jac'
-    )
-    return poses(solved.x)
 
 
 def _registered(clouds, scene, pair, config):
@@ -94,8 +58,8 @@ def _multiway(scene, distance):
         guess = se3.inverse(scene.starts[i]) @ scene.starts[j]
         T = solved_by_gicp(scene, (i, j), guess, distance)
         information = _information(_case(scene, i, j), T, distance)
-        edges.append((i, j, T, _root(np.linalg.inv(information))))
-    return solved_graph(edges, scene.truth)
+        edges.append(PosePrior(j, T, np.linalg.inv(information), target=i))
+    return solve_graph(scene.truth, edges).poses
 
 
 def solved_by_gicp(scene, pair, guess, distance):
@@ -125,19 +89,3 @@ def _information(case, T, distance):
     information[:3, 3:] += skew.T
     information[3:, 3:] += (x * x).sum() * np.eye(3) - x.T @ x
     return information
-
-
-def _root(covariance):
-    return np.linalg.cholesky(np.linalg.inv(covariance))
-
-
-def _moved(T, move):
-    result = T.copy()
-    result[:3, :3] = Rotation.from_rotvec(move[3:]).as_matrix() @ T[:3, :3]
-    result[:3, 3] += move[:3]
-    return result
-
-
-def _off(T, measured):
-    turn = Rotation.from_matrix(T[:3, :3] @ measured[:3, :3].T).as_rotvec()
-    return np.r_[T[:3, 3] - measured[:3, 3], turn]
