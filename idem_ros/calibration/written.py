@@ -14,6 +14,7 @@ from idem_ros.messages.transform_message import translation_and_quaternion
 from idem_ros.terminal.markdown import table
 
 YAML, URDF, PUBLISHERS, PICTURE = 'extrinsics.yaml', 'joints.urdf', 'publish.sh', 'overlay.png'
+NO_JOINT = '<!-- no sensor could be calibrated -->\n'
 DIGITS = 9
 
 
@@ -34,7 +35,8 @@ def write_calibration(folder, names, found, tree):
     edges = calibrated_edges(names, found, tree)
     with filling(folder) as place:
         (place / YAML).write_text(yaml_text(names, found))
-        (place / URDF).write_text(''.join(joint_text(p, c, T) for c, (p, T) in edges.items()))
+        joints = ''.join(joint_text(p, c, T) for c, (p, T) in edges.items())
+        (place / URDF).write_text(joints or NO_JOINT)
         (place / PUBLISHERS).write_text('#!/bin/sh\n' + '\n'.join([*publishers(edges), 'wait\n']))
         shown = found.instants[0]
         clouds = [cloud for cloud in shown.instant.clouds if cloud is not None]

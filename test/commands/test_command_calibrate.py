@@ -95,6 +95,16 @@ def test_urdf_and_publishers_say_the_same(truth):
     assert '--frame-id top --child-frame-id left' in line
 
 
+def test_where_no_sensor_could_be_calibrated_every_file_says_so(tmp_path, rng, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in SENSORS:
+        np.savetxt(f'{name}.xyz', rng.uniform(0.0, 3.0, (1000, 3)))
+    files = [f'{name}.xyz' for name in SENSORS]
+    assert main(['calibrate', *files, '--out', 'rig', *VOXELS]) == 1
+    assert Path('rig/joints.urdf').read_text() == '<!-- no sensor could be calibrated -->\n'
+    assert Path('rig/publish.sh').read_text().splitlines() == ['#!/bin/sh', 'wait']
+
+
 def test_one_file_a_sensor_is_one_instant(truth, capsys):
     files = [f'0/{name}.npy' for name in SENSORS]
     names = ['--names', 'front', 'side', 'rear', '--reference', 'front']
