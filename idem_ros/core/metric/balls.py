@@ -4,7 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Indices, Points, Side, Sides, Transform, Transforms
+from idem_ros.core.arrays import (
+    Floats,
+    Indices,
+    Point,
+    Points,
+    RotationMatrix,
+    Side,
+    Sides,
+    Transform,
+    Transforms,
+)
 from idem_ros.core.blocks import ALONE, Workers, in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.candidates import (
@@ -15,7 +25,7 @@ from idem_ros.core.metric.candidates import (
     still_hold,
 )
 from idem_ros.core.metric.cloud import Cloud, Neighbourhoods, neighbourhoods
-from idem_ros.core.metric.entropy import differences_at_each
+from idem_ros.core.metric.entropy import differences_at_each, fill_agreement
 from idem_ros.core.metric.moments import TIE
 
 
@@ -122,30 +132,31 @@ class Balls:
 
         In the order of the cloud's points, each counting once; lengths are over the scale.
         """
-        T, near = np.asarray(T_target_source)[None], self.near(T_target_source)
-        return (
-            self._agreement(self.target, self.source, T, near[0], scale),
-            self._agreement(self.source, self.target, se3.inverses(T), near[1], scale),
+        sides = self.sides(T_target_source)
+        motions = zip(*se3.both_ways(T_target_source), strict=True)
+        here, there = (
+            self._agreement(*each, scale) for each in zip(self.clouds, sides, motions, strict=True)
         )
+        return here, there
 
     def _agreement(
         self,
         centres: Neighbourhoods,
-        others: Neighbourhoods,
-        transforms: Transforms,
-        near: Indices,
+        side: Side,
+        motion: tuple[RotationMatrix, Point],
         scale: float,
     ) -> Floats:
-        found = np.zeros((2, len(centres.order)))  # where the other has no point, q_i is 0
+        found = np.empty((2, len(centres.order)))  # in the grid's order
+        size = self.r2, scale
 
         def fill(begin: int, end: int) -> None:
-            """Fill a block of the centres near the other cloud."""
-            some = near[begin:end]
-            each = differences_at_each(centres, others, transforms, self.radius, scale, some)
-            found[:, centres.order[some]] = np.array(each)[:, :, 0]
+            """Fill a block of the centres."""
+            fill_agreement(side, centres.unit, motion, size, (begin, end), *found)
 
-        in_blocks(len(near), self.workers, fill)
-        return found
+        in_blocks(len(centres.order), self.workers, fill)
+        in_order = np.empty_like(found)
+        in_order[:, centres.order] = found
+        return in_order
 
 
 def _side(centres: Neighbourhoods, others: Neighbourhoods, candidates: Candidates) -> Side:

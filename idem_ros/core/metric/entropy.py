@@ -8,9 +8,13 @@ from idem_ros.core.arrays import (
     Indices,
     Integers,
     Mask,
+    MomentRows,
     Moments,
+    Point,
     Points,
+    RotationMatrix,
     Rotations,
+    Side,
     Transforms,
     Weights,
 )
@@ -37,11 +41,8 @@ MOST_WITHOUT_ENTROPY = 3  # k <= 3 points lie in a plane: no entropy (after Eq. 
 @inlined
 def entropy(moments: Moments, scale: float) -> float:
     """Eq. 4: h = 1/2 ln((2 pi e)^3 det Sigma + 1), lengths divided by the scale."""
-    if moments[0] <= MOST_WITHOUT_ENTROPY:
-        return 0.0
     cube = scale * scale * scale
-    det = max(determinant(covariance(moments)), 0.0) / (cube * cube)
-    return 0.5 * np.log1p(TWO_PI_E_CUBED * det)
+    return 0.5 * np.log1p(TWO_PI_E_CUBED * _determinant_of(moments) / (cube * cube))
 
 
 def length_unit(length_scale: str, radius: float) -> float:
@@ -84,6 +85,56 @@ def fill_differences(
             if n > 0:
                 m, _ = ball_moments(x, grid.points, weights, found, np.uint64(0), n, r2)
                 q[c, k] = entropy(plus(alone, rotated(R[k], m)), scale) - h
+
+
+@kernel
+def fill_agreement(
+    side: Side,
+    unit: MomentRows,
+    motion: tuple[RotationMatrix, Point],
+    size: tuple[float, float],
+    span: tuple[int, int],
+    q: Floats,
+    reach: Floats,
+) -> None:
+    """Eq. 7 at one pose: fill q_i and the other cloud's points in reach, of centres of a span.
+
+    By the candidates that are enumerated there anyway: nothing is looked up in a grid.
+
+    Args:
+        side: of `Balls.sides`.
+        unit: (N, 10) moments of the balls in the centres' own cloud, each point counting once.
+        motion: R (3, 3) and t (3,) that take the other's frame to that of the centres.
+        size: squared radius, and what lengths are divided by.
+        span: (begin, end) of the centres.
+        q: (N,), of which those of the span are filled.
+        reach: (N,) likewise.
+    """
+    ((centres, _), (points, weights, first, member)), (R, t), (r2, scale) = side, motion, size
+    cube = scale * scale * scale
+    unit_of_det = TWO_PI_E_CUBED / (cube * cube)
+    for i in range(span[0], span[1]):
+        q[i] = reach[i] = 0.0
+        if first[i] == first[i + 1]:
+            continue
+        x = into_frame(point_of(centres, i), R, t)
+        begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
+        m, _ = ball_moments(x, points, weights, member, begin, end, r2)
+        if m[0] == 0.0:
+            continue
+        reach[i] = m[0]
+        alone = row_of(unit, i)
+        det = unit_of_det * _determinant_of(alone)
+        more = unit_of_det * _determinant_of(plus(alone, rotated(R, m))) - det
+        q[i] = 0.5 * np.log1p(more / (1.0 + det))  # one logarithm for the difference of two
+
+
+@inlined
+def _determinant_of(moments: Moments) -> float:
+    """Return det Sigma, 0 where so few points have no entropy."""
+    if moments[0] <= MOST_WITHOUT_ENTROPY:
+        return 0.0
+    return max(determinant(covariance(moments)), 0.0)
 
 
 @kernel
