@@ -79,6 +79,7 @@ setup(
             'idem = idem_ros.commands.entry:main',
             'idem_node = idem_ros.node.registration_node:main',
             'idem_lifecycle_node = idem_ros.node.registration_node:main_managed',
+            'idem_rig_node = idem_ros.node.registration_node:main_rig',
         ]
     },
 )

@@ -5,6 +5,7 @@ from itertools import dropwhile, takewhile
 
 from benchmarks.command_tables import command_tables
 from benchmarks.parameter_text import parameter_text
+from idem_ros.calibration.config import RigWatchConfig
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.interface import (
@@ -12,6 +13,7 @@ from idem_ros.node.interface import (
     INPUTS,
     OUTPUTS,
     POSE_INPUTS,
+    RIG_OUTPUT,
     SERVICES,
     TF_INPUTS,
     TF_OUTPUT,
@@ -41,6 +43,7 @@ def blocks(folder):
         'real': near_starts(folder / REAL),
         'topics': _topics(),
         'parameters': _parameters(),
+        'rig': _rig(),
         'commands': command_tables(),
     }
 
@@ -147,3 +150,12 @@ def _parameters():
         for each in parameter_fields()
     ]
     return table(['parameter', 'option', 'default', 'what'], rows, left=4)
+
+
+def _rig():
+    rows = [
+        (f'`{parameter_name(each)}`', f'`{default_of(each)}`', description_of(each))
+        for each in fields(RigWatchConfig)
+    ]
+    said = f'On `{RIG_OUTPUT.name}`: {RIG_OUTPUT.description}.'
+    return table(['parameter', 'default', 'what'], rows, left=3) + f'\n{said}'

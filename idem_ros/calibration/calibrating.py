@@ -1,6 +1,7 @@
 """Calibrate a rig: each instant solved at once, from starts that are far off, all made one."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,12 +76,24 @@ def calibrate(instants, starts, config):
         leader if each is leader.instant else solved(each, leader.poses, near) for each in used
     ]
     found = [_with_contradiction(each, near) for each in found]
-    steps = _steps(used, config)
-    nearby = config.voxel_size or 0.0
-    independent = places(steps, nearby)
-    tolerance = config.audit_tolerance
-    sensors = [fused(found, s, tolerance, independent) for s in range(len(starts))]
-    return Calibration(tuple(sensors), tuple(found), starts, tuple(steps), config.voxel_size)
+    steps = [
+        step_between(first.clouds[0], second.clouds[0], config) for first, second in pairwise(used)
+    ]
+    sensors = combined(found, steps, config)
+    return Calibration(sensors, tuple(found), starts, tuple(steps), config.voxel_size)
+
+
+def combined(found, steps, config):
+    """Return the `Fused` of each sensor.
+
+    Args:
+        found: `Solved` of each instant.
+        steps: how the reference moved from each to the next, (4, 4); None: unknown.
+        config: `RegistrationConfig`, of the voxels that they were solved with.
+    """
+    independent = places(steps, config.voxel_size or 0.0)
+    numbers = range(len(found[0].poses))
+    return tuple(fused(found, s, config.audit_tolerance, independent) for s in numbers)
 
 
 def _with_contradiction(each, config):
@@ -131,11 +144,3 @@ def _spread_out(instants):
 def _near(config):
     """Return the `RegistrationConfig` from poses that are nearly right: no wide stages."""
     return replace(config, radius_schedule=config.radius_schedule[-NEAR:])
-
-
-def _steps(instants, config):
-    references = [each.clouds[0] for each in instants]
-    return [
-        step_between(first, second, config)
-        for first, second in zip(references, references[1:], strict=False)
-    ]

@@ -6,17 +6,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from idem_ros.calibration.frame_tree import FrameTree, bare
-from idem_ros.calibration.sighting import Measured, Sighting
+from idem_ros.calibration.sighting import Sighting
+from idem_ros.calibration.sighting_messages import SECOND, measured_in, nearest
 from idem_ros.calibration.starts import tree_of_messages
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.building import CLOUD
-from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guesses import TF
 from idem_ros.recording.topics import STATIC, TopicNotFound
 
 ALONE_NS = 500_000_000  # how far apart clouds may be of a reference that has but one
-SECOND = 1e9  # [ns]
 
 
 class UnusableRig(IdemError):
@@ -146,10 +145,9 @@ def _chosen(rig, count):
         at = reference[place]
         row = [(rig.topics[0], at)]
         for topic, stamps in zip(rig.topics[1:], others, strict=True):
-            near = min(stamps, key=lambda stamp: abs(stamp - at), default=None)
-            is_far = near is not None and abs(near - at) > period
-            far[topic] += is_far
-            row.append(None if near is None or is_far else (topic, near))
+            near = nearest(stamps, at, period)
+            far[topic] += near is None
+            row.append(None if near is None else (topic, near))
         around = [place + 1, place - 1 if place else place + 2]
         chosen.append((row, [(rig.topics[0], reference[k]) for k in around if 0 <= k <= last]))
     rig.flaws += [
@@ -174,11 +172,7 @@ def _measured(recording, rig, wanted, point_times, prepare):
         if key not in wanted or key in found:
             continue
         try:
-            read = read_points(message, point_times)
-            times = read.times.times
-            if times is None:
-                times = np.zeros(len(read.points))
-            found[key] = Measured(*prepare(read.points, times))
+            found[key] = measured_in(message, point_times, prepare)
         except IdemError as error:
             rig.flaws.append(f'{topic} at {key[1] / SECOND:.3f} s is left out: {error}')
     return found
@@ -186,9 +180,7 @@ def _measured(recording, rig, wanted, point_times, prepare):
 
 def _at(measured, key, instant):
     """Return a `Measured` whose times are after an instant [ns]; None: there is none."""
-    if measured is None:
-        return None
-    return Measured(measured.points, measured.times + (key[1] - instant) / SECOND)
+    return None if measured is None else measured.later((key[1] - instant) / SECOND)
 
 
 def _named(recording, every, given):

@@ -27,6 +27,10 @@ class Measured(NamedTuple):
     times: NDArray[np.float64] | None = None
     """(N,) [s] after the time of the sighting; None: unknown."""
 
+    def later(self, seconds):
+        """Return the same, seen from so much earlier [s]."""
+        return Measured(self.points, self.times + seconds)
+
 
 class Sighting(NamedTuple):
     """What the sensors measured around one time."""

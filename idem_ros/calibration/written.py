@@ -5,8 +5,8 @@ import shlex
 import numpy as np
 import yaml
 
+from idem_ros.calibration.drift import drift_of
 from idem_ros.calibration.frame_tree import bare
-from idem_ros.calibration.fusion import SIGMAS, difference
 from idem_ros.calibration.urdf import joint_text, roll_pitch_yaw
 from idem_ros.core.geometry import se3
 from idem_ros.files.atomic_folder import filling
@@ -116,14 +116,9 @@ def moved(names, found, tree):
         before = tree.covariances.get(bare(name))
         if before is None or not each.agreeing or tree.parent_of(name) != bare(names[0]):
             continue
-        off = difference(each.pose, start)
-        sigmas = np.sqrt(off @ np.linalg.solve(each.covariance + before, off) / 6)
-        if sigmas > SIGMAS:
-            distance, degrees = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
-            yield (
-                f'{name} has moved by {distance:.3g} m and {degrees:.2g} deg since {tree.source}: '
-                f'{sigmas:.2g} standard deviations of both calibrations'
-            )
+        drift = drift_of(name, each, start, before)
+        if drift.has_moved:
+            yield f'{name} has moved by {drift} of both calibrations, since {tree.source}'
 
 
 def _row(name, each, start):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from idem_ros.calibration.config import DECIDED
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import (
     CLOUD_KINDS,
@@ -14,8 +15,6 @@ from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 
 INSTANTS = 5
-# decided here: clouds are put to one time first, and every pose is judged
-WITHOUT = ('motion', 'motion_reference', 'twist_sigma', 'mode', 'assessment', 'guess_sigma')
 
 
 def add_parser(subparsers):
@@ -37,7 +36,7 @@ def add_parser(subparsers):
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
     add_columns_option(parser)
     add_max_chunk(parser)
-    add_config_options(parser, without=WITHOUT)
+    add_config_options(parser, without=DECIDED)
     add_config_options(parser, config_type=PreprocessingConfig)
     add_config_options(parser, config_type=PointTimeConfig)
     parser.set_defaults(run=run)
@@ -168,16 +167,11 @@ def _recorded(args):
         recorded_rig,
         sightings_in,
     )
+    from idem_ros.calibration.sighting_messages import preparing
     from idem_ros.recording.part import MAX_CHUNK
     from idem_ros.recording.reader import open_recording
 
-    preprocessing = config_from(args, PreprocessingConfig)
-
-    def prepare(points, times):
-        """Return the points that take part, and their times."""
-        kept = preprocess(points, preprocessing)
-        return kept.points, times[kept.kept]
-
+    prepare = preparing(config_from(args, PreprocessingConfig))
     with open_recording(args.input[0], getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
         given = args.topics
         topics = cloud_topics(recording, given, None)

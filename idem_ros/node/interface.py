@@ -2,6 +2,7 @@
 
 from dataclasses import Field, dataclass, fields, replace
 
+from idem_ros.calibration.config import DECIDED, RigWatchConfig
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.node.capsule_config import CapsuleConfig
 from idem_ros.node.output_config import OutputConfig
@@ -144,6 +145,15 @@ CONFIGS = (
     OutputConfig,
     CapsuleConfig,
     SubscriptionConfig,
+)
+RIG_CONFIGS = RigWatchConfig, RegistrationConfig, PreprocessingConfig, PointTimeConfig
+RIG_DECIDED = (*DECIDED, 'crop_target', 'budget_ms')
+RIG_OUTPUT = Topic(
+    '/diagnostics',
+    'diagnostic_msgs/msg/DiagnosticArray',
+    '"extrinsics", every second and of each instant: OK where every sensor is where it was '
+    'calibrated; WARN where one has moved, with how far and by how many standard deviations, or '
+    'cannot be told; ERROR where nothing can be said, and why; STALE where no clouds come',
 )
 
 

@@ -17,10 +17,12 @@ from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import EVERY_INPUT
 from idem_ros.node.live_parameters import LiveParameters
 from idem_ros.node.output_config import OutputConfig
+from idem_ros.node.outputs import require_outputs
 from idem_ros.node.publishing import Publishing
 from idem_ros.node.refining import Refining
 from idem_ros.node.report import PERIOD
 from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.map_config import MapConfig
@@ -51,7 +53,7 @@ class LiveRegistration:
 
     def __init__(self, node: Node):
         self.node = node
-        self._parameters = LiveParameters(node, self._configure)
+        self._parameters = LiveParameters(node, self._configure, _require)
         self.traffic = Traffic(EVERY_INPUT, time.monotonic())
         self.inputs = Inputs(
             node,
@@ -207,3 +209,9 @@ class LiveRegistration:
         self._capsules.configure(configs)
         if self._publishing:
             self._publishing.configure(configs[OutputConfig])
+
+
+def _require(configs: dict[type, Any]) -> None:
+    """Refuse configurations that need messages which are not installed."""
+    require_messages(configs[GuessConfig].type)
+    require_outputs(configs[OutputConfig])

@@ -24,17 +24,26 @@ from idem_ros.parameters.fields import (
 Config = TypeVar('Config')
 
 
-def declare_parameters(node: Node) -> None:
+def declare_parameters(
+    node: Node, configs: Iterable[type] = CONFIGS, without: Iterable[str] = ()
+) -> None:
     """Declare a parameter for every field of the configurations, with description and range.
 
     Those marked as fixed are read-only, the others may be changed while the node runs. Typing is
     dynamic so that `a:=2` serves where 2.0 is meant; `read_config` refuses what does not fit.
 
+    Args:
+        node: their node.
+        configs: the types of the configurations.
+        without: names of fields that the node decides itself.
+
     Raises:
         InvalidConfig: the node was started with a value out of range.
     """
-    for config_type in CONFIGS:
+    for config_type in configs:
         for field in fields(config_type):
+            if field.name in without:
+                continue
             name, default = parameter_name(field), default_of(field)
             try:
                 node.declare_parameter(name, default, _descriptor(field))
@@ -48,7 +57,7 @@ def declare_parameters(node: Node) -> None:
 
 def unknown_parameters(node: Node) -> list[str]:
     """Name what the node was started with that is no parameter of it, and what may be meant."""
-    known = [parameter_name(field) for each in CONFIGS for field in fields(each)]
+    known = list(node.get_parameters_by_prefix(''))
     said = []
     for name in node._parameter_overrides:  # rclpy has no public way to ask
         if not node.has_parameter(name) and not name.startswith('qos_overrides.'):
@@ -64,7 +73,7 @@ def read_config(
 
     Args:
         node: one on which `declare_parameters` was called.
-        config_type: which of `interface.CONFIGS`.
+        config_type: which of those that were declared.
         changed: parameters about to be set, which take the place of the node's own.
 
     Raises:
@@ -74,6 +83,8 @@ def read_config(
     values = {}
     for field in fields(config_type):
         name = parameter_name(field)
+        if not node.has_parameter(name):  # the node decides it itself
+            continue
         value = about_to_be[name] if name in about_to_be else node.get_parameter(name).value
         values[field.name] = value_of(field, value)
     return config_type(**values)

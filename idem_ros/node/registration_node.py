@@ -1,4 +1,4 @@
-"""Run the node as a process: `ros2 run idem_ros idem_node`, or `idem_lifecycle_node`."""
+"""Run a node as a process: `ros2 run idem_ros idem_node`, or one of the others."""
 
 import argparse
 import sys
@@ -12,19 +12,26 @@ from idem_ros.terminal.command_line import CommandLine
 FAILED = 1
 USAGE_ERROR = 2
 LONGEST_WAIT = 0.1  # [s] from a signal to the end of an idle node
-DESCRIPTION = (
+ONE, MANAGED, RIG = 'idem_node', 'idem_lifecycle_node', 'idem_rig_node'
+REFINES = (
     'Refine the pose of a source cloud in a target cloud, live, from an initial guess. '
     'Topics are remapped and parameters set with --ros-args, such as: '
     '--ros-args -r ~/source:=/lidar/points -p voxel_size:=0.5'
 )
+DESCRIPTIONS = {
+    ONE: REFINES,
+    MANAGED: REFINES,
+    RIG: 'Watch the LiDARs of a rig, and warn where one is no longer where it was calibrated: '
+    '--ros-args -p extrinsics:=rig/extrinsics.yaml -p topics:="[/top/points, /left/points]"',
+}
 
 
-def main(args: list[str] | None = None, is_managed: bool = False) -> int:
-    """Refine clouds until SIGINT or SIGTERM; one may come while kernels are compiled, too.
+def main(args: list[str] | None = None, name: str = ONE) -> int:
+    """Run a node until SIGINT or SIGTERM; one may come while kernels are compiled, too.
 
     Args:
         args: command line with the program's name; None for that of the process.
-        is_managed: whether a lifecycle manager says when it refines, rather than from the start.
+        name: of the program, which says what node it is.
 
     Returns:
         0; 1 where there is no rclpy, 2 where an argument or a parameter cannot be used (one line
@@ -32,18 +39,23 @@ def main(args: list[str] | None = None, is_managed: bool = False) -> int:
     """
     note_signals()
     try:
-        require_rclpy('idem_lifecycle_node' if is_managed else 'idem_node')
+        require_rclpy(name)
     except RclpyMissing as error:
-        return _said(error, FAILED)
-    return leave(_run(args, is_managed))
+        return _said(name, error, FAILED)
+    return leave(_run(args, name))
 
 
 def main_managed(args: list[str] | None = None) -> int:
     """Run the node as a managed one, see `main`."""
-    return main(args, is_managed=True)
+    return main(args, MANAGED)
 
 
-def _run(args: list[str] | None, is_managed: bool) -> int:
+def main_rig(args: list[str] | None = None) -> int:
+    """Run the node that watches a rig, see `main`."""
+    return main(args, RIG)
+
+
+def _run(args: list[str] | None, name: str) -> int:
     # late, with the handlers in place: importing and compiling take seconds
     import rclpy
     from rclpy.exceptions import NameValidationException
@@ -55,14 +67,14 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
 
     node = None
     try:
-        own = _own_arguments(args)
+        find = _own_arguments(args, name)
         args = [*(sys.argv if args is None else args), *logging_arguments()]
         prefer_short_lease()
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        if own.find is not None:
-            return _find(own.find)
+        if find is not None:
+            return _find(find)
         while not is_asked_for():
-            node = _node_class(is_managed)()
+            node = _node_class(name)()
             _name_other_nodes(node, args)
             _spin(node)
     except AskedToEnd:
@@ -70,7 +82,7 @@ def _run(args: list[str] | None, is_managed: bool) -> int:
     except (IdemError, RuntimeError, NameValidationException) as error:
         if node is not None:
             raise
-        return _said(error, USAGE_ERROR)
+        return _said(name, error, USAGE_ERROR)
     finally:
         rclpy.try_shutdown()
     return 0
@@ -109,8 +121,12 @@ def _spin(node) -> None:
         node.destroy_node()
 
 
-def _node_class(is_managed: bool) -> type:
-    if is_managed:
+def _node_class(name: str) -> type:
+    if name == RIG:
+        from idem_ros.node.rig_node import RigNode
+
+        return RigNode
+    if name == MANAGED:
         from idem_ros.node.lifecycle_node import LifecycleRegistrationNode
 
         return LifecycleRegistrationNode
@@ -135,20 +151,23 @@ def _name_other_nodes(node, args: list[str]) -> None:
                 )
 
 
-def _own_arguments(args: list[str] | None) -> argparse.Namespace:
+def _own_arguments(args: list[str] | None, name: str) -> float | None:
+    """Return for how long to listen [s] to what is on the graph; None: it is not asked for."""
     from rclpy.utilities import remove_ros_args
 
-    parser = CommandLine('idem_node', description=DESCRIPTION)
-    parser.add_argument(
-        '--find',
-        metavar='SECONDS',
-        nargs='?',
-        type=_seconds,
-        const=3.0,
-        help='listen for so long (default: 3), list the clouds, poses and tf on the graph with '
-        'their rates and frames, and propose a command line; nothing is refined',
-    )
-    return parser.parse_args(remove_ros_args(args)[1:])
+    parser = CommandLine(name, description=DESCRIPTIONS[name])
+    parser.set_defaults(find=None)
+    if name != RIG:
+        parser.add_argument(
+            '--find',
+            metavar='SECONDS',
+            nargs='?',
+            type=_seconds,
+            const=3.0,
+            help='listen for so long (default: 3), list the clouds, poses and tf on the graph '
+            'with their rates and frames, and propose a command line; nothing is refined',
+        )
+    return parser.parse_args(remove_ros_args(args)[1:]).find
 
 
 def _seconds(text: str) -> float:
@@ -158,9 +177,9 @@ def _seconds(text: str) -> float:
     raise argparse.ArgumentTypeError(f'{text!r} is no time above 0 and up to an hour, in seconds')
 
 
-def _said(error: Exception, code: int) -> int:
+def _said(name: str, error: Exception, code: int) -> int:
     reason = ' '.join(str(error).split()).split(', at /')[0]  # rcl appends its source lines
-    print(f'idem_node: error: {reason}', file=sys.stderr)
+    print(f'{name}: error: {reason}', file=sys.stderr)
     return code
 
 

@@ -68,7 +68,7 @@ def test_managed_node_with_an_unusable_parameter_ends_with_exit_code_2_and_one_l
     node = start('--ros-args', '-p', 'a:=-1.0', command=MANAGED)
     _, errors = node.communicate(timeout=LONG)
     assert node.returncode == 2
-    assert 'idem_node: error: a is -1.0; it must be a number from 0.1 to 50' in errors
+    assert 'idem_lifecycle_node: error: a is -1.0; it must be a number from 0.1 to 50' in errors
     assert 'Traceback' not in errors
 
 

@@ -1,0 +1,150 @@
+"""The node that watches a rig, and warns where a sensor is no longer where it was calibrated."""
+
+import time
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import PointCloud2
+
+from idem_ros.calibration.config import RigWatchConfig, require_rig
+from idem_ros.calibration.rig_watch import RigWatch
+from idem_ros.calibration.sighting_messages import LiveRig, Row, preparing, sighting_of
+from idem_ros.calibration.starts import read_starts
+from idem_ros.core import IdemError, RegistrationConfig
+from idem_ros.messages.building import CLOUD
+from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.node.dead_ports import domain_of, no_dead_ports
+from idem_ros.node.ending import warm_up
+from idem_ros.node.interface import RIG_CONFIGS, RIG_DECIDED, RIG_OUTPUT
+from idem_ros.node.live_parameters import LiveParameters
+from idem_ros.node.messages import diagnostics_message
+from idem_ros.node.offers import in_words, offers_on, why_unheard
+from idem_ros.node.rig_status import Status, failed, waiting, watched
+from idem_ros.node.worker import LatestOnlyWorker
+from idem_ros.refinement.diagnostics import OK
+from idem_ros.refinement.point_time_config import PointTimeConfig
+from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.terminal.printable import printable
+
+NAME = 'idem_rig_node'
+REPORT_S = 1.0  # from one status to the next
+STALE_PERIODS = 3  # without an instant
+KEPT = 10
+
+
+class RigNode(Node):
+    """Holds a rig against its extrinsics from its start to its end.
+
+    The callbacks only gather messages; clouds are read and registered in a worker thread, one
+    instant each period. The status "extrinsics" on /diagnostics says what came of the last.
+
+    Args:
+        node_options: as `rclpy.node.Node` takes them.
+
+    Raises:
+        IdemError: a parameter it was started with, or the extrinsics, cannot be used.
+    """
+
+    def __init__(self, **node_options):
+        with no_dead_ports(domain_of(node_options.get('context'))):
+            super().__init__(NAME, **node_options)
+        self._worker: LatestOnlyWorker | None = None
+        self._status, self._looked, self._submitted = waiting(''), None, None
+        self._told: tuple | None = None  # what the console said last
+        try:
+            self._start()
+        except Exception:
+            self.destroy_node()  # at once: who waits for the garbage leaves its ports behind
+            raise
+
+    def destroy_node(self):
+        """Let the work under way end, and destroy the node."""
+        if self._worker is not None:
+            self._worker.stop()
+        super().destroy_node()
+
+    def _start(self) -> None:
+        parameters = LiveParameters(
+            self,
+            self._configure,
+            lambda configs: require_rig(configs[RigWatchConfig]),
+            RIG_CONFIGS,
+            RIG_DECIDED,
+        )
+        self._configs = parameters.read()
+        rig = self._configs[RigWatchConfig]
+        self._watch = RigWatch(read_starts(rig.extrinsics, rig.topics), rig.instants)
+        self._live = LiveRig(len(rig.topics))
+        self._publisher = self.create_publisher(DiagnosticArray, RIG_OUTPUT.name, KEPT)
+        # before there is a subscription: compiling holds the GIL for seconds
+        warm_up(self._configs[RegistrationConfig].motion)
+        self._worker = LatestOnlyWorker(self._look)
+        quality = QoSProfile(depth=5, reliability=ReliabilityPolicy[rig.reliability.upper()])
+        self._heard = [
+            self.create_subscription(PointCloud2, topic, partial(self._take, number), quality)
+            for number, topic in enumerate(rig.topics)
+        ]
+        wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
+        self.create_timer(REPORT_S, self._report, clock=wall)
+        topics = ', '.join(each.topic_name for each in self._heard)
+        self.get_logger().info(f'ready: listens to {topics}')
+
+    def _configure(self, configs: dict[type, Any]) -> None:
+        self._configs = configs
+        if self._worker is not None:
+            self._worker.call_soon(self._watch.forget)  # which is of the worker's thread
+
+    def _take(self, number: int, message: PointCloud2) -> None:
+        self._live.add(number, message)
+        now, period = time.monotonic(), self._configs[RigWatchConfig].period
+        is_due = self._submitted is None or now - self._submitted >= period
+        if is_due and number == 0 and (row := self._live.row()) is not None:
+            self._submitted = now
+            self._worker.submit(row)
+
+    def _look(self, row: Row) -> None:
+        """Hold an instant against the extrinsics, in the worker's thread."""
+        configs = self._configs
+        prepare = preparing(configs[PreprocessingConfig])
+        try:
+            sighting, flaws = sighting_of(row, configs[PointTimeConfig], prepare)
+            found = self._watch.take(sighting, row.names, configs[RegistrationConfig])
+            flaws += [f'{topic} is silent' for topic in self._silent()]
+            status = watched(found, flaws)
+        except IdemError as error:
+            status = failed(error)
+        self._status, self._looked = status, time.monotonic()
+        self._publish(status, stamp_ns(row.messages[0]))
+
+    def _report(self) -> None:
+        """Say every second what the last instant came to, or what is waited for."""
+        status, period = self._status, self._configs[RigWatchConfig].period
+        since = None if self._looked is None else time.monotonic() - self._looked
+        patience = STALE_PERIODS * period + STALE_PERIODS * REPORT_S
+        if since is None or (since > patience and not self._worker.is_busy):
+            status = waiting(self._what_it_waits_for())
+        self._publish(status, self.get_clock().now().nanoseconds)
+
+    def _publish(self, status: Status, stamp: int) -> None:
+        level, text, values, about = status
+        said = self.get_fully_qualified_name(), 'extrinsics', level, text, values, stamp
+        self._publisher.publish(diagnostics_message(*said))
+        if self._told != (level, about):
+            self._told = level, about
+            log = self.get_logger()
+            (log.info if level == OK else log.warning)(printable(text))
+
+    def _silent(self) -> list[str]:
+        return [self._heard[number].topic_name for number in self._live.unheard]
+
+    def _what_it_waits_for(self) -> str:
+        said = []
+        for each in self._heard:
+            offers = offers_on(self, each.topic_name)
+            reasons = [why_unheard(CLOUD, [each.qos_profile], offer) for offer in offers]
+            said += [in_words(each.topic_name, offers), *filter(None, reasons)]
+        return 'waiting for clouds: ' + '; '.join(said)
