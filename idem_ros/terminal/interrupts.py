@@ -6,7 +6,7 @@ import sys
 import threading
 from contextlib import contextmanager, suppress
 
-AGAIN = 0.05  # [s] after which one that was swallowed is sent again
+AGAIN = 0.05  # [s] after which one that was swallowed, or came too early, is sent again
 _came = threading.Event()
 
 
@@ -73,14 +73,30 @@ def held_back():
 
 def _interrupt(signum, frame):
     _came.set()
-    raise KeyboardInterrupt
+    if _is_called_by_llvm(frame):
+        _send_later()
+    else:
+        raise KeyboardInterrupt
+
+
+def _is_called_by_llvm(frame):
+    """LLVM asks Python for a kernel that is kept, and calls address 0 where it was not told."""
+    while frame is not None:
+        if frame.f_globals.get('__name__', '').startswith('llvmlite.'):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _send_again(unraisable):
     """Take what came in a callback that cannot raise: nobody would hear of it."""
-    if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        _send_later()
+    else:
         sys.__unraisablehook__(unraisable)
-        return
+
+
+def _send_later():
     main = threading.main_thread().ident
     timer = threading.Timer(AGAIN, signal.pthread_kill, [main, signal.SIGINT])
     timer.daemon = True

@@ -225,6 +225,33 @@ def test_a_second_ctrl_c_is_not_held_back():
     ],
 )
 def test_ctrl_c_that_libraries_make_something_else_of_still_ends_the_command(swallowed_by):
+    ended = interrupted_by(swallowed_by)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, '', 'idem: interrupted\n')
+
+
+def test_a_kernel_that_is_loaded_when_ctrl_c_comes_is_loaded_whole():
+    loading = """
+import llvmlite.binding as llvm
+llvm.initialize_native_target()
+llvm.initialize_native_asmprinter()
+machine = llvm.Target.from_default_triple().create_target_machine()
+module = llvm.parse_assembly('define i32 @seven() { ret i32 7 }')
+engine = llvm.create_mcjit_compiler(module, machine)
+
+def kept(module):
+    press()
+    print('told whole')
+
+engine.set_object_cache(getbuffer_func=kept)
+engine.finalize_object()
+"""
+    ended = interrupted_by(loading)
+    assert (ended.returncode, ended.stderr) == (130, 'idem: interrupted\n')
+    assert ended.stdout == 'told whole\n'
+
+
+def interrupted_by(pressing):
+    """Return the end of a command that presses Ctrl-C in the course of some lines."""
     script = f"""
 import signal, sys, threading
 from idem_ros.commands import entry, main
@@ -234,7 +261,7 @@ def press():
     signal.raise_signal(signal.SIGINT)
 
 def run(args):
-    exec({swallowed_by!r}, globals())
+    exec({pressing!r}, globals())
     threading.Event().wait(1.0)
     return 0
 
@@ -242,7 +269,6 @@ main.register.run = run
 sys.argv = ['idem', 'register', 'a', 'b']
 sys.exit(entry.main())
 """
-    ended = subprocess.run(
+    return subprocess.run(
         [sys.executable, '-c', script], capture_output=True, text=True, timeout=60, check=False
     )
-    assert (ended.returncode, ended.stderr) == (130, 'idem: interrupted\n')
