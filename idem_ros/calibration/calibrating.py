@@ -12,7 +12,7 @@ from idem_ros.calibration.instant import Solved, solved
 from idem_ros.calibration.placing import REACH_DEG, REACH_M, is_within, placed
 from idem_ros.calibration.rig_motion import places, step_between
 from idem_ros.core import IdemError
-from idem_ros.core.metric.voxel_size import with_voxel_size
+from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.several.joint_result import USABLE
 
 NEAR = 2  # stages
@@ -80,7 +80,7 @@ def calibrate(instants, starts, config):
         step_between(first.clouds[0], second.clouds[0], config) for first, second in pairwise(used)
     ]
     sensors = combined(found, steps, config)
-    return Calibration(sensors, tuple(found), starts, tuple(steps), config.voxel_size)
+    return Calibration(sensors, tuple(found), starts, tuple(steps), size_found(config))
 
 
 def combined(found, steps, config):
@@ -91,7 +91,7 @@ def combined(found, steps, config):
         steps: how the reference moved from each to the next, (4, 4); None: unknown.
         config: `RegistrationConfig`, of the voxels that they were solved with.
     """
-    independent = places(steps, config.voxel_size or 0.0)
+    independent = places(steps, size_found(config) or 0.0)
     numbers = range(len(found[0].poses))
     return tuple(fused(found, s, config.audit_tolerance, independent) for s in numbers)
 

@@ -46,6 +46,7 @@ def _off(clouds, poses, edge, config):
         return None
     T = se3.inverse(poses[edge.i]) @ poses[edge.j]
     alone = register(clouds[edge.i], clouds[edge.j], T, config)
+    assert alone.assessment is not None, 'verdicts are asked for'
     if alone.assessment.verdict not in TELLS:
         return None
     off = difference(alone.T_target_source, T)

@@ -62,6 +62,7 @@ def _best(target, source, start, turns, configs):
         result = register(target, source, start @ turn, config)
         pose = result.T_target_source
         if result.overlap >= LEAST_OVERLAP and is_within(pose, start, REACH_M, REACH_DEG):
+            assert result.assessment is not None, 'verdicts are asked for'
             ends.append((np.nan_to_num(result.assessment.p_aligned), pose))
     scored = [(p + _share(pose, ends, len(turns) * len(configs)), pose) for p, pose in ends]
     return max(scored, key=lambda each: each[0], default=(0.0, None))
@@ -81,7 +82,7 @@ def _turns():
     """Return the (4, 4) turns that are tried; the first is none."""
     turns = [np.eye(4)]
     for axis in itertools.product((-1, 0, 1), repeat=3):
-        if (degrees := TURNS_DEG.get(np.count_nonzero(axis))) is not None:
+        if (degrees := TURNS_DEG.get(int(np.count_nonzero(axis)))) is not None:
             turn, direction = np.eye(4), np.array(axis) / np.linalg.norm(axis)
             turn[:3, :3] = Rotation.from_rotvec(np.radians(degrees) * direction).as_matrix()
             turns.append(turn)

@@ -143,7 +143,7 @@ def _chosen(rig, count):
     chosen, far = [], Counter()
     for place in np.unique(places):
         at = reference[place]
-        row = [(rig.topics[0], at)]
+        row: list[tuple[str, int] | None] = [(rig.topics[0], at)]
         for topic, stamps in zip(rig.topics[1:], others, strict=True):
             near = nearest(stamps, at, period)
             far[topic] += near is None

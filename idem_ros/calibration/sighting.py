@@ -53,14 +53,17 @@ def calibrate_sightings(sightings, names, starts, config):
     """
     _require_one_unit(sightings, names)
     twists = [_twist(each, config) for each in sightings]
-    found, poses = None, starts
-    moves = any(twist is not None and not is_still(twist) for twist in twists)
-    for _ in range(2 if moves else 1):
+
+    def found_from(poses):
+        """Return the `Calibration` of the clouds put to one time by the sensors' poses."""
         instants = [
             _instant(each, poses, twist) for each, twist in zip(sightings, twists, strict=True)
         ]
-        found = calibrate(instants, poses, config)
-        poses = np.array(found.poses)
+        return calibrate(instants, poses, config)
+
+    found = found_from(starts)
+    if any(twist is not None and not is_still(twist) for twist in twists):
+        found = found_from(np.array(found.poses))
     named = {each.name: twist for each, twist in zip(sightings, twists, strict=True)}
     return replace(found, starts=starts), named
 

@@ -94,7 +94,7 @@ def _context(args):
         raise UsageError(f'--out is {out}, which is no folder')
     out.mkdir(parents=True, exist_ok=True)
     require_writable(out / 'table2.csv')
-    return Context(out, model, args.seed, args.quick, _progress, os.cpu_count())
+    return Context(out, model, args.seed, args.quick, _progress, os.cpu_count() or 1)
 
 
 def _progress(steps, total=None, desc=None):

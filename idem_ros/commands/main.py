@@ -5,6 +5,8 @@ import logging
 import os
 import sys
 from contextlib import redirect_stdout
+from io import TextIOWrapper
+from typing import Any
 
 from idem_ros.commands import (
     align,
@@ -90,8 +92,9 @@ def run(parser, words):
     args = parser.parse_args(words)
     _refuse_empty(parser, args)
     _log_in_lines(parser.prog)
+    shown: Any = ShownStream(sys.stdout)
     try:
-        with redirect_stdout(ShownStream(sys.stdout)):
+        with redirect_stdout(shown):
             code = args.run(args)
         sys.stdout.flush()
         return code
@@ -140,7 +143,7 @@ def _log_in_lines(prog):
 def _let_any_name_be_printed():
     """File names need not be UTF-8, nor does a terminal show every letter."""
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, 'reconfigure'):  # not where something else took its place
+        if isinstance(stream, TextIOWrapper):  # not where something else took its place
             stream.reconfigure(errors='backslashreplace')
 
 

@@ -3,6 +3,7 @@
 import re
 from argparse import SUPPRESS, ArgumentTypeError
 from dataclasses import fields, replace
+from typing import Any
 
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
@@ -38,7 +39,7 @@ ROLES = {
 UNITS = {'': 1, **{unit: 2 ** (10 * (i + 1)) for i, unit in enumerate('kmg')}}
 
 
-def add_config_options(parser, without=(), config_type=RegistrationConfig):
+def add_config_options(parser, without=(), config_type: Any = RegistrationConfig):
     """Add one option for each field, of the parameter's name: voxel_size becomes --voxel-size.
 
     Args:
@@ -112,7 +113,7 @@ def add_max_chunk(parser):
     )
 
 
-def config_from(args, config_type=RegistrationConfig, base=None):
+def config_from(args, config_type: Any = RegistrationConfig, base=None) -> Any:
     """Build the configuration that the options ask for.
 
     Args:

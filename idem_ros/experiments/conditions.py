@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from idem_ros.experiments.remeshing import remeshed
 from idem_ros.experiments.stairs import stairs_scan
@@ -79,7 +79,7 @@ def _holes(model, rng, points_per_seed):
     seeds = model.points[rng.choice(len(model.points), SEEDS, replace=False)]
     left = model.points
     for seed in seeds:
-        _, nearest = cKDTree(left).query(seed, points_per_seed)
+        _, nearest = KDTree(left).query(seed, points_per_seed)
         left = np.delete(left, nearest, axis=0)
     return f'holes, {points_per_seed} points per seed', model.points, left
 

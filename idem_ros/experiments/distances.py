@@ -10,10 +10,10 @@ With d(p, P) the distance from a point to the nearest point of a cloud:
 - Hausdorff is the greatest of all these distances, in both directions.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from idem_ros.terminal.interrupts import held_back
 
@@ -23,10 +23,10 @@ BATCH = 200_000  # points looked up at once
 class Distances(NamedTuple):
     """Of one pair at K translations of the source; each (K,), in the clouds' unit."""
 
-    rmse_12: np.ndarray
-    rmse_21: np.ndarray
-    chamfer: np.ndarray
-    hausdorff: np.ndarray
+    rmse_12: Any  # where it is said, another thing of each distance in its place
+    rmse_21: Any
+    chamfer: Any
+    hausdorff: Any
 
 
 # No metric changes faster per unit of translation; for Chamfer, a sum of two means: twice.
@@ -38,7 +38,7 @@ class CloudDistances:
 
     def __init__(self, target, source, threads=1):
         self.target, self.source = np.asarray(target, float), np.asarray(source, float)
-        self.trees = cKDTree(self.target), cKDTree(self.source)
+        self.trees = KDTree(self.target), KDTree(self.source)
         self.threads = threads
 
     def at(self, translations):
@@ -68,7 +68,7 @@ class CloudDistances:
 
 
 def nearest(tree, points, threads):
-    """Return how far the nearest point of a `cKDTree` is from each of some points (..., 3).
+    """Return how far the nearest point of a `KDTree` is from each of some points (..., 3).
 
     Ctrl-C waits for its end: interrupted, scipy frees what the query's threads still write.
     """

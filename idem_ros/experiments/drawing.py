@@ -114,7 +114,7 @@ def draw_faces(axes, corners, values, scale, volume, title, reach):
     axes.set_title(title, y=0.98)
     axes.set_box_aspect((1, 1, 1), zoom=0.82)
     axes.view_init(**VIEW)
-    labels = [NAMES.get(name, name.upper()) + f' [{volume.unit}]' for name in volume.axes]
+    labels = [f'{NAMES.get(name, name.upper())} [{volume.unit}]' for name in volume.axes]
     axes.set(xlabel=labels[0], ylabel=labels[1], zlabel=labels[2])
     axes.tick_params(pad=-1)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):

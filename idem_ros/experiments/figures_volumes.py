@@ -101,7 +101,7 @@ def _maps(case, landscape, context):
     return [q_map(case, landscape, axes, _offsets(of, context)) for axes, of in ranges]
 
 
-def _volume(landscape, axes, offsets):
+def _volume(landscape, axes, offsets: np.ndarray):
     is_turn = axes == TURNS
     in_own_unit = np.deg2rad(offsets) if is_turn else offsets
     q = q_on_grid(landscape, **dict.fromkeys(axes, in_own_unit))

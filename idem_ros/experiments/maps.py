@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from idem_ros.core.metric.displacement import displaced, offsets_on_grid, q_on_grid
 from idem_ros.core.metric.landscape import Landscape
-from idem_ros.core.metric.region_of_interest import region_on_grid
+from idem_ros.core.metric.region_of_interest import GridRegion, region_on_grid
 from idem_ros.experiments.distances import CloudDistances, nearest
 
 MAP_HEADER = ('panel', 'axis_1', 'axis_2', 'offset_1', 'offset_2', 'value', 'inside_roi')
@@ -35,7 +35,7 @@ class Map:
     coordinates: tuple
     values: np.ndarray
     unit: str
-    region: object = None
+    region: GridRegion | None = None
 
     @property
     def minimum(self):
@@ -74,7 +74,7 @@ def landscape_of(case, threads=1, radius=None):
 
 def count_in_common(case):
     """Return how many of the source's points are points of the target."""
-    near, _ = cKDTree(case.target).query(case.source, distance_upper_bound=SAME)
+    near, _ = KDTree(case.target).query(case.source, distance_upper_bound=SAME)
     return int(np.isfinite(near).sum())
 
 
@@ -122,7 +122,7 @@ def unit_of(case, axes):
     return 'deg' if axes[0].startswith('r') else case.unit
 
 
-def _in_own_unit(axes, offsets):
+def _in_own_unit(axes, offsets: np.ndarray):
     return np.deg2rad(offsets) if axes[0].startswith('r') else offsets
 
 

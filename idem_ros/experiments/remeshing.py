@@ -53,18 +53,18 @@ def relaxed(points, samples):
         points: (N, 3) on the surface.
         samples: (M, 3) of it, dense; the middles are taken to the nearest of them.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    _, owner = cKDTree(points).query(samples)
+    _, owner = KDTree(points).query(samples)
     counts = np.maximum(np.bincount(owner, minlength=len(points)), 1)
     sums = [np.bincount(owner, axis, len(points)) for axis in samples.T]
-    _, nearest = cKDTree(samples).query(np.transpose(sums) / counts[:, None])
+    _, nearest = KDTree(samples).query(np.transpose(sums) / counts[:, None])
     return samples[nearest]
 
 
 def _pymeshlab():
     try:
-        import pymeshlab
+        import pymeshlab  # pyright: ignore[reportMissingImports]  # where it is installed
     except ImportError:  # also where the system lacks a library that it needs
         return None
     return pymeshlab
@@ -88,6 +88,7 @@ def _isotropic(pymeshlab, model, count):
             high = length
         if best is not None and len(best) == count:
             break
+    assert best is not None, 'edges half as long as even ones give more'
     return best
 
 
@@ -111,8 +112,9 @@ def surface_samples(model, count, rng):
 
 def midpoints(vertices):
     """Return (K, 3) midpoints between neighbouring vertices, none twice."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
-    _, near = cKDTree(vertices).query(vertices, NEIGHBOURS + 1)
+    near: np.ndarray
+    _, near = KDTree(vertices).query(vertices, NEIGHBOURS + 1)
     middle = 0.5 * (vertices[:, None] + vertices[near[:, 1:]]).reshape(-1, 3)
     return np.unique(middle, axis=0)

@@ -43,7 +43,7 @@ def differs(ours, paper):
 
 
 def _about(rows, grids):
-    mm, m = (next((row.steps for row in rows if row.unit == unit), None) for unit in ('mm', 'm'))
+    mm, m = (next(row.steps for row in rows if row.unit == unit) for unit in ('mm', 'm'))
     return (
         'The source is moved in the XY plane; the error is how far the place where a metric is '
         'least lies from perfect alignment. q_tot (a = 1, lengths as given) is looked at where '

@@ -4,6 +4,7 @@ import json
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -20,7 +21,7 @@ class UnreadableText(IdemError):
     """A file that is not there, or no YAML or JSON of a size that can be meant."""
 
 
-def read_yaml(path, most_bytes=MOST_YAML, most_values=MOST_VALUES):
+def read_yaml(path, most_bytes=MOST_YAML, most_values=MOST_VALUES) -> Any:
     """Read a file of YAML 1.1 without tags of Python's.
 
     Args:

@@ -94,7 +94,7 @@ def write_csv(path, stamps, transforms):
         temporary.write_text(CSV_HEADER + '\n' + ''.join(lines))
 
 
-def lines_of_file(path, kind=UnreadableTrajectory, what='trajectory'):
+def lines_of_file(path, kind: type[IdemError] = UnreadableTrajectory, what='trajectory'):
     """Return (number, words) of each line of a text file that is no comment.
 
     Raises:

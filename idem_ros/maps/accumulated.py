@@ -2,8 +2,10 @@
 
 import threading
 from itertools import product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 EDGE = 32.0  # [m] of a column
 
@@ -15,7 +17,7 @@ class Near:
         center: (3,) in the map's frame; None: nowhere yet.
     """
 
-    center = None
+    center: NDArray[np.float64] | None = None
 
 
 class AccumulatedMap:
@@ -31,33 +33,32 @@ class AccumulatedMap:
     name = 'map of parts'
 
     def __init__(self, read, before, radius, voxel_size):
-        self._read, self._before = read, before
+        self._read: Any = read
+        self._before = before
         self._radius, self._voxel_size = radius, voxel_size
         self._near = Near() if before is None else before._near
-        self._columns = self._bounds = None
+        self._kept: tuple[dict, NDArray] | None = None  # {column: points} and their bounds
         self._lock = threading.Lock()
 
     @property
     def bounds(self):
         """The lowest and highest coordinates (2, 3)."""
-        self._put_together()
-        return self._bounds
+        return self._put_together()[1]
 
     def __len__(self):
-        self._put_together()
-        return sum(map(len, self._columns.values()))
+        return sum(map(len, self._put_together()[0].values()))
 
     def points_within(self, low, high):
         """Return the (N, 3) points with low <= p < high."""
-        self._put_together()
+        kept, _ = self._put_together()
         first, last = (np.floor(np.asarray(c)[:2] / EDGE).astype(int) for c in (low, high))
         wanted = np.prod((last - first + 1).astype(float))
         places = (
             product(*(range(a, b + 1) for a, b in zip(first, last, strict=True)))
-            if wanted < len(self._columns)
-            else [c for c in self._columns if (c >= first).all() and (c <= last).all()]
+            if wanted < len(kept)
+            else [c for c in kept if (c >= first).all() and (c <= last).all()]
         )
-        columns = [self._columns[place] for place in places if place in self._columns]
+        columns = [kept[place] for place in places if place in kept]
         inside = [p[((p >= low) & (p < high)).all(axis=1)] for p in columns]
         return np.concatenate([np.empty((0, 3)), *inside])
 
@@ -67,19 +68,21 @@ class AccumulatedMap:
 
     def _put_together(self):
         with self._lock:
-            if self._columns is not None:
-                return
+            if self._kept is not None:
+                return self._kept
             parts, before = [self._read], self._before
-            while before is not None and before._columns is None:
+            while before is not None and before._kept is None:
                 parts.append(before._read)
                 before = before._before
-            columns = {} if before is None else self._near_the_last(before._columns)
+            known = None if before is None else before._kept
+            columns = {} if known is None else self._near_the_last(known[0])
             for read in reversed(parts):
                 columns = _grown(columns, read(), self._voxel_size)
             everything = [c for p in columns.values() for c in (p.min(axis=0), p.max(axis=0))]
-            self._bounds = np.array([np.min(everything, axis=0), np.max(everything, axis=0)])
-            self._columns = columns
+            low, high = np.min(everything, axis=0), np.max(everything, axis=0)
+            self._kept = columns, np.array([low, high])
             self._read = self._before = None
+            return self._kept
 
     def _near_the_last(self, columns):
         center = self._near.center

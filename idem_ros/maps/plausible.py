@@ -1,7 +1,7 @@
 """Whether a map is in metres, as far as its points alone can tell."""
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from idem_ros.maps.source import UnusableMap
 
@@ -35,4 +35,4 @@ def require_metres(points, within, name):
 def _spacing(points):
     """Return the median distance to the fourth neighbour; infinite where there is none."""
     some = points[:: max(len(points) // SAMPLE, 1)]
-    return float(np.median(cKDTree(points).query(some, 5)[0][:, 4])) if len(points) else np.inf
+    return float(np.median(KDTree(points).query(some, 5)[0][:, 4])) if len(points) else np.inf

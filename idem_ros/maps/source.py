@@ -16,15 +16,19 @@ class MapSource(Protocol):
     """The points of a map, place by place; asked from several threads.
 
     Attributes:
-        bounds: (2, 3) lowest and highest coordinates that a point may have, in the map's frame.
         name: what messages call it.
     """
 
-    bounds: NDArray[np.float64]
     name: str
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """The lowest and highest coordinates (2, 3) that a point may have, in the map's frame."""
+        ...
 
     def points_within(self, low, high) -> NDArray[np.float64]:
         """Return the (N, 3) points with low <= p < high; of the same box always the same."""
+        ...
 
     def keep_near(self, center, reach) -> None:
         """Let go of what need not be kept in memory while scans are near a place.
@@ -33,3 +37,4 @@ class MapSource(Protocol):
             center: (3,) in the map's frame.
             reach: of scans, along x and y [m].
         """
+        ...

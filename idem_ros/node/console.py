@@ -15,10 +15,10 @@ MEASURED = re.compile(r'\d+\.\d+')  # a number in a reason that differs each tim
 class Logger(Protocol):
     """What a console writes to; that of a node."""
 
-    def info(self, message: str) -> None:
+    def info(self, message: str) -> object:
         """Write a line."""
 
-    def warning(self, message: str) -> None:
+    def warning(self, message: str) -> object:
         """Write a line that an operator should act upon."""
 
 

@@ -1,12 +1,16 @@
 """What the node listens to: subscriptions, pairing, and what it waits for."""
 
+# What it has from `open` to `close` is None outside.
+# pyright: reportOptionalMemberAccess=false
+
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.clock import Clock, JumpThreshold, TimeJump
+from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 
@@ -81,7 +85,8 @@ class Inputs:
         self._receipts: deque[tuple[int, float]] = deque(maxlen=RECEIPTS_KEPT)
         self._jumps_told = 0
         self._hindrance = ''
-        self._clock_watch = self._timer = None
+        self._clock_watch: Any = None
+        self._timer: Any = None
 
     def read_map(self) -> None:
         """Take the map in `target_file` as the target, where one is named.
@@ -197,7 +202,7 @@ class Inputs:
         return f'{topic} is published, which initial_guess.type initial_pose would listen to'
 
     def _why_time_stands_still(self) -> str:
-        clock = self._node.get_clock()
+        clock: Any = self._node.get_clock()  # a ROSClock
         stands = clock.ros_time_is_active and clock.now().nanoseconds == 0
         return 'use_sim_time is true, and /clock has not come' if stands else ''
 
@@ -205,9 +210,11 @@ class Inputs:
         """Do what no message brings about."""
         self._tell_refusals()
         self._subscribe_anew()
-        self.subscriptions.follow_offers()
-        self.hearing.attend(self.subscriptions, time.monotonic())
-        unheard = self.subscriptions.unheard()
+        subscriptions = self.subscriptions
+        assert subscriptions is not None, 'the timer is destroyed with them'
+        subscriptions.follow_offers()
+        self.hearing.attend(subscriptions, time.monotonic())
+        unheard = subscriptions.unheard()
         for each in unheard:
             if each not in self.unheard:
                 self._node.get_logger().warning(f'not heard: {each}')

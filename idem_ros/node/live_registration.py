@@ -1,11 +1,15 @@
 """The registration that a node runs: what comes in, a worker that refines it, what goes out."""
 
+# What it has from `open` to `close` is None outside.
+# pyright: reportOptionalMemberAccess=false
+
 import time
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from idem_ros.core import RegistrationConfig
@@ -74,7 +78,7 @@ class LiveRegistration:
         self._capsules = Capsules(node.get_logger())
         self._publishing: Publishing | None = None  # while it is open
         self._control: Control | None = None
-        self._timer = None
+        self._timer: Any = None
         self._configure(self._parameters.read())
 
     @property

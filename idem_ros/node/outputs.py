@@ -1,5 +1,7 @@
 """What the node publishes of a refinement."""
 
+from typing import Any
+
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
@@ -39,7 +41,7 @@ class Outputs:
 
     def __init__(self, node: Node, config: OutputConfig):
         self._node = node
-        self._tf = None
+        self._tf: Any = None  # class and publisher, once asked for
         self._publishers = {
             name: node.create_publisher(
                 message_class(OUTPUTS[name].msgtype),
@@ -97,6 +99,7 @@ class Outputs:
     def publish_debug(self, refinement: Refinement) -> None:
         """Make the clouds that somebody subscribes to, and publish them."""
         T, took_part = refinement.result.T_target_source, refinement.took_part
+        assert took_part is not None, 'of a result that was just found'
         header = refinement.instant, refinement.target_frame
         if self._is_wanted('aligned'):
             points = aligned_points(T, took_part.source)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import Field, fields
 from difflib import get_close_matches
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterValueException
@@ -21,7 +21,10 @@ from idem_ros.parameters.fields import (
     value_of,
 )
 
-Config = TypeVar('Config')
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Config = TypeVar('Config', bound='DataclassInstance')
 
 
 def declare_parameters(

@@ -194,6 +194,6 @@ def playing_node(name: str) -> Iterator[Node]:
         yield node
         node.destroy_node()
     finally:
-        rclpy.try_shutdown()
+        rclpy.try_shutdown()  # pyright: ignore[reportPrivateImportUsage]
         for signum, previous in before.items():
             signal.signal(signum, previous or signal.SIG_DFL)

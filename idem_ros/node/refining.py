@@ -1,5 +1,8 @@
 """What becomes of complete pairs: each enters once, and leaves once, answered or refused."""
 
+# The worker is None where it is not active.
+# pyright: reportOptionalMemberAccess=false
+
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -120,7 +123,7 @@ class Refining:
         """Have no newest pair: a clock was set back."""
         self._newest = None
 
-    def _turn(self, job: Job) -> Answer:
+    def _turn(self, job: Any) -> Answer:
         self._utilisation.begin(time.monotonic())
         try:
             refinement = refined(self.refiner.refine, job.pair, self._pairing)

@@ -84,7 +84,7 @@ def _run(args: list[str] | None, name: str) -> int:
             raise
         return _said(name, error, USAGE_ERROR)
     finally:
-        rclpy.try_shutdown()
+        rclpy.try_shutdown()  # pyright: ignore[reportPrivateImportUsage]
     return 0
 
 

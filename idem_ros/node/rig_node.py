@@ -5,7 +5,8 @@ from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
@@ -52,7 +53,7 @@ class RigNode(Node):
     def __init__(self, **node_options):
         with no_dead_ports(domain_of(node_options.get('context'))):
             super().__init__(NAME, **node_options)
-        self._worker: LatestOnlyWorker | None = None
+        self._worker: Any = None  # before it has begun
         self._status, self._looked, self._submitted = waiting(''), None, None
         self._told: tuple | None = None  # what the console said last
         try:

@@ -131,7 +131,7 @@ class Subscriptions:
     def _offers_on(self, name: str) -> list:
         return offers_on(self._node, self.held[name][0].topic_name)
 
-    def _subscription(self, name: str, kind: type, quality: QoSProfile) -> Subscription:
+    def _subscription(self, name: str, kind: Any, quality: QoSProfile) -> Subscription:
         events = SubscriptionEventCallbacks(
             message_lost=lambda info: self._on_lost(name, int(info.total_count_change)),
             incompatible_qos=lambda info: None,  # said by `unheard`, with the remedy

@@ -1,6 +1,7 @@
 """Which target, source and guess belong together: one rule for the live node and for replay."""
 
 from collections import deque
+from typing import Any
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.stamps import DISORDER, NotYet, StampOrder
@@ -42,7 +43,8 @@ class Pairing:
         self.dropped = self.refused = self.refused_targets = 0
         self._config = config or PairingConfig()
         self._guess_config = guess_config or GuessConfig()
-        self._guesses = guesses_of(self._guess_config.type)
+        # the type says which methods it has beside `guess_for`
+        self._guesses: Any = guesses_of(self._guess_config.type)
         self._map_config = map_config or MapConfig()
         self._targets = Targets(self._map_config)
         self._rates = StampedPoses(KEPT)

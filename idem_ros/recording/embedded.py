@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
@@ -71,7 +72,7 @@ def _offsets(indexes):
     return dict.fromkeys(each.offset for each in indexes)
 
 
-def _record_at(stream, offset):
+def _record_at(stream, offset) -> Any:
     stream.seek(offset)
     return next(StreamReader(stream, skip_magic=True, emit_chunks=True).records)
 

@@ -1,6 +1,7 @@
 """Guesses that the last results lead to, and when these lead nowhere any more."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,8 @@ class LastResults:
     """
 
     def __init__(self):
-        self._of = None
-        self._usable = ()  # the last two at most, the newest last
+        self._of: Any = None  # (frames, ...), as `Asked.of`
+        self._usable: tuple[_Usable, ...] = ()  # the last two at most, the newest last
         self._failed = ''  # why the newest result is not usable; empty where it is
 
     def guess_for(self, pair, of):

@@ -1,5 +1,6 @@
 """A cloud on its way from a message to what is registered, and what each stage takes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter_ns
 from typing import Any
@@ -29,7 +30,9 @@ class PreparedCloud:
         return None if isinstance(self.cloud, MapCloud) else self.cloud.times
 
 
-def prepared(role, message, preprocessing, point_times=None, make=Cloud) -> PreparedCloud:
+def prepared(
+    role, message, preprocessing, point_times=None, make: Callable[..., Cloud | MapCloud] = Cloud
+) -> PreparedCloud:
     """Read a PointCloud2 and prepare what of it takes part.
 
     Args:

@@ -1,5 +1,7 @@
 """Targets prepared once: scans as clouds, and what is far larger than a scan as a map."""
 
+from typing import Any
+
 import numpy as np
 
 from idem_ros.core import Cloud, IdemError, MapCloud
@@ -25,7 +27,7 @@ class PreparedTargets:
 
     def __init__(self):
         self._kept = ()  # of ((message, settings of clouds), prepared), the newest last
-        self._wide = None, None  # a prepared scan that turned out to be a map, and that
+        self._wide: Any = None, None  # a prepared scan that turned out to be a map, and that
         self._used, self._uses, self._is_stream = None, 0, False
 
     @property

@@ -52,7 +52,7 @@ class Odometry:
         self.times_said = TimesSaid()
         self._T_odom_last = np.eye(4)
         self._middles = deque(maxlen=2)  # (instant [ns], pose in odom): of a sweep its middle
-        self._first = None  # the first scan, until the second tells how it moved
+        self._first: Scan | None = None  # the first scan, until the second tells how it moved
         self._map = deque(maxlen=1 if settings.sequence == SCAN else SCANS_KEPT)
 
     def refine(self, scan):
@@ -70,9 +70,9 @@ class Odometry:
             return None
         refinement = self._registered(scan, undoing)
         self._middles.append(self._middle(scan, undoing, refinement))
-        is_second = self._first is not None and self.settings.config.motion != 'none'
-        if is_second and refinement.result.is_usable:
-            undoing = self._from_the_begin(scan)
+        first, is_undone = self._first, self.settings.config.motion != 'none'
+        if first is not None and is_undone and refinement.result.is_usable:
+            undoing = self._from_the_begin(first, scan)
             refinement = self._registered(scan, undoing)
             self._middles[-1] = self._middle(scan, undoing, refinement)
         self._first = None
@@ -80,10 +80,9 @@ class Odometry:
         self._go_on(refinement.result.T_target_source, refinement.took_part.source)
         return refinement
 
-    def _from_the_begin(self, scan):
+    def _from_the_begin(self, first, scan):
         """Undo the first scan by the motion to the second; return the `Undoing` of that by it."""
-        track, first = self._last_track(), self._first
-        cloud = first.cloud.cloud
+        track, cloud = self._last_track(), first.cloud.cloud
         if cloud.times is not None:
             places = self.settings.config.motion_reference, 'middle'
             at, middle = (reference_time(cloud.times, place) for place in places)

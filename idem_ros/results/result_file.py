@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Result:
     """All that was written: {'bag', 'frames', 'summary', 'made_by'}, see `summary.json_record`."""
 
     @property
-    def made_by(self):
+    def made_by(self) -> Any:
         """How it was made, see `provenance.made_by`; None: by a version that did not say."""
         return self.record.get('made_by')
 

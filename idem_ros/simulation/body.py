@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 SIZE = 0.06  # [m], mean radius of the body
 CROWDING = 12  # candidates that a point is chosen from
@@ -49,7 +49,7 @@ def surface_points(rng, count, body=BUNNY):
 def remeshed_points(rng, count, body=BUNNY):
     """Return about `count` points of a `Body`'s surface at even distances, as remeshed."""
     points = surface_points(rng, CROWDING * count, body)
-    tree = cKDTree(points)
+    tree = KDTree(points)
     area = np.pi * np.mean(tree.query(points, 11)[0][:, 10] ** 2) * len(points) / 10
     apart = np.sqrt(0.7 * area / count)  # what random sequential packing needs for that count
     kept, free = [], np.ones(len(points), bool)

@@ -1,6 +1,7 @@
 """Scenes: triangles, boxes, upright cylinders and spheres; how parts are placed and merged."""
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
@@ -26,11 +27,11 @@ class Scene:
         route: (m, 3) the ground line that a sensor is carried along, empty for a part.
     """
 
-    triangles: np.ndarray = _rows(3, 3)
-    boxes: np.ndarray = _rows(7)
-    cylinders: np.ndarray = _rows(5)
-    spheres: np.ndarray = _rows(4)
-    route: np.ndarray = _rows(3)
+    triangles: Any = _rows(3, 3)  # given as any rows
+    boxes: Any = _rows(7)
+    cylinders: Any = _rows(5)
+    spheres: Any = _rows(4)
+    route: Any = _rows(3)
 
     def __post_init__(self):
         for kind in fields(self):
@@ -54,7 +55,7 @@ def merged(parts, route=()):
 def placed(part, x, y, z=0.0, yaw=0.0):
     """Return a part turned by `yaw` [rad] about the z axis, then moved to (x, y, z) [m]."""
     cos, sin = np.cos(yaw), np.sin(yaw)
-    T = translation((x, y, z))
+    T = translation(np.array([x, y, z]))
     T[:2, :2] = (cos, -sin), (sin, cos)
     boxes, cylinders, spheres = part.boxes.copy(), part.cylinders.copy(), part.spheres.copy()
     boxes[:, :3] = transform_points(T, boxes[:, :3])

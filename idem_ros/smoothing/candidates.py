@@ -1,7 +1,7 @@
 """Which keyframes are joined: windows along the way, and pairs that may close a loop."""
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 TOLD = 2  # keyframes after each that it is related to
 APART = 3.0  # times the reach along the way, at least, between the two of a loop
@@ -46,7 +46,7 @@ def loops_of(poses, reach, tried=()):
         tried: pairs that are not asked for again.
     """
     positions, along = poses[:, :3, 3], way_along(poses)
-    tree, known, found = cKDTree(positions), set(tried), []
+    tree, known, found = KDTree(positions), set(tried), []
     for j, position in enumerate(positions):
         near = np.array(sorted(tree.query_ball_point(position, reach)), int)
         near = near[along[j] - along[near] > APART * reach]

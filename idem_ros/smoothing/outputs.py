@@ -68,7 +68,7 @@ def write_map(folder, work, clouds, poses, voxel_size, reach):
             found, count = found.plus(part.consistency), count + len(part.points)
             farthest = max(farthest, float(np.abs(part.points).max(initial=0.0)))
             if folder is not None:
-                stream.write(np.ascontiguousarray(part.points, '<f8'))
+                stream.write(np.ascontiguousarray(part.points, '<f8').data)
     if folder is not None:
         _copy_points(raw, folder / MAP, count, np.float32 if farthest < FLOAT32_REACH else float)
     shutil.rmtree(work)

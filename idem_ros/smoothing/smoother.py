@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from idem_ros.core import Cloud, PosePrior
 from idem_ros.core.geometry.se3 import inverse
-from idem_ros.core.metric.voxel_size import with_voxel_size
+from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.several.pose_graph import solve_graph
 from idem_ros.core.several.system import parts_of
 from idem_ros.pairing.stamped_poses import interpolated
@@ -68,7 +68,7 @@ class Smoother:
             poses.copy(),
             np.zeros((len(poses), 6, 6)),
             steps=priors_of(poses, self._sigmas),
-            voxel_size=self._registration.voxel_size,
+            voxel_size=size_found(self._registration),
         )
 
     def smooth(self, given_pairs=()):

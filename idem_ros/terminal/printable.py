@@ -1,5 +1,7 @@
 """Names and texts of other people's, as a terminal, a table or a page may show them."""
 
+from typing import Any
+
 FORMULA = tuple('=+-@\t\r＝＋－＠')  # what a spreadsheet takes a cell for that begins so
 MOST = 1500  # letters of a message: some lines of a terminal
 
@@ -50,7 +52,7 @@ class ShownStream:
         stream: to write to; all but `write` is its own.
     """
 
-    def __init__(self, stream):
+    def __init__(self, stream: Any):
         self._stream = stream
 
     def __getattr__(self, name):
