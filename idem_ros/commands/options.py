@@ -27,7 +27,7 @@ TITLES = {
     MapConfig: 'target that is a map',
     SmoothingConfig: 'what is joined',
 }
-CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .pts .asc .bin .npy .las .laz .e57'
+CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .tsv .pts .asc .bin .npy .las .laz .e57'
 REPLAYED = tuple(kind for kind in TITLES if kind is not SmoothingConfig)
 ROLES = {
     'target': 'PointCloud2',

@@ -27,6 +27,7 @@ READERS = {
     '.xyzrgb': read_text,
     '.txt': read_text,
     '.csv': read_text,
+    '.tsv': read_text,
     '.pts': read_text,
     '.asc': read_text,
     '.bin': read_bin,
@@ -52,7 +53,7 @@ def read_cloud(
 
     .ply and .pcd in all their encodings; .npy of (N, 3) or more columns, or with fields x, y, z;
     .bin of float32 or float64 in 3 to 6 columns; .las, .laz, .e57 (extra `survey`); tables of
-    text (.xyz .txt .csv .pts .asc ...), whose header names x, y, z, else their first columns.
+    text (.xyz .txt .csv .tsv .pts .asc ...), whose header names x, y, z, else their first columns.
 
     Args:
         path: the file; its suffix says what it is.

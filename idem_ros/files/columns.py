@@ -18,9 +18,9 @@ FILLING |= {
     'vertex',
 }  # Points_m_XYZ:0, position.x, x_m
 WORDS = (
-    {'x', 'easting', 'east', 'rechtswert'},
-    {'y', 'northing', 'north', 'hochwert'},
-    {'z', 'elevation', 'elev', 'height', 'altitude', 'up', 'höhe', 'hoehe'},
+    {'x', 'easting', 'east', 'rechtswert', 'e'},
+    {'y', 'northing', 'north', 'hochwert', 'n'},
+    {'z', 'elevation', 'elev', 'height', 'altitude', 'up', 'höhe', 'hoehe', 'h'},
 )
 XCOORD = re.compile(r'([xyz])_?(?:coord|coordinate|pos)s?$|(?:coord|pos)_?([xyz])$')
 

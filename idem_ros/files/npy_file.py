@@ -6,10 +6,10 @@ import numpy as np
 from numpy.lib import format as npy
 
 from idem_ros.files.records import points_of_records
+from idem_ros.files.text_numbers import are_columns
 from idem_ros.files.unreadable import UnreadableCloud
 
 LONGEST = 1 << 16  # [bytes] of header
-MOST_COLUMNS = 64  # of an array of points; more are points in columns
 
 
 def read_npy(path, columns=None):
@@ -38,7 +38,7 @@ def npy_parts(path, columns=None, most=None):
 def _points_of(array, columns):
     if array.dtype.names:
         return points_of_records(array, columns)
-    points_in_rows = array.ndim == 2 and 3 <= array.shape[1] <= MOST_COLUMNS
+    points_in_rows = array.ndim == 2 and array.shape[1] >= 3 and not are_columns(*array.shape)
     if not points_in_rows or array.dtype.kind not in 'fiu':
         raise UnreadableCloud(
             f'it has shape {str(array.shape)[:80]} and dtype {array.dtype}; it must be (N, 3), of '

@@ -20,7 +20,7 @@ def read_ply(path, columns=None):
     try:
         ply = PlyData.read(regular, mmap=False)  # pyright: ignore[reportArgumentType]
     except (PlyHeaderParseError, PlyParseError) as error:
-        raise UnreadableCloud(f'it is cut off or damaged: {_said(error, header)}') from error
+        raise UnreadableCloud(f'it is not as its header says: {_said(error, header)}') from error
     records = ply.elements[element.index].data.copy()
     records.dtype.names = tuple(
         name if names.count(name) == 1 else f'{name} {i}' for i, name in enumerate(names)

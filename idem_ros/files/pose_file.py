@@ -16,6 +16,7 @@ EXPECTED = (
     'a 4x4 matrix or its first three rows, in rows or in one line, or one line t x y z qx qy qz qw'
 )
 LARGEST = 1 << 20  # [bytes]; more is no pose
+DECIMAL = re.compile(r'[+-]?\d+(,\d+)?([eE][+-]?\d+)?$')
 SHOWN = 60  # characters of a line in a message
 
 
@@ -73,8 +74,15 @@ def tum_line(stamp, transform):
 
 
 def words_of(line):
-    """Split a line at blanks, or at commas or semicolons with blanks about them."""
-    return [word.strip() for word in re.split(r'[ \t]*[,;][ \t]*|[ \t]+', line.strip(' \t,;'))]
+    """Split a line at blanks, or at commas or semicolons with blanks about them.
+
+    Where blanks or semicolons part what a comma would part once more, it is the decimal sign.
+    """
+    bare = line.strip(' \t,;')
+    words = re.split(r'[ \t]*;[ \t]*|[ \t]+', bare)
+    if len(words) > 1 and ',' in bare and all(map(DECIMAL.match, words)):
+        return [word.replace(',', '.') for word in words]
+    return [word.strip() for word in re.split(r'[ \t]*[,;][ \t]*|[ \t]+', bare)]
 
 
 def _numbers(row):

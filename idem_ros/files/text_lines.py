@@ -7,6 +7,8 @@ from idem_ros.files.unreadable import UnreadableCloud
 MARKS = {b'\xef\xbb\xbf': 'utf-8-sig', b'\xff\xfe': 'utf-16', b'\xfe\xff': 'utf-16'}
 NOTE = re.compile(r'[ \t]+#([ \t].*)?$')  # after a row; without a blank it may be a colour
 MINUS = '\N{MINUS SIGN}'  # of Swedish and Norwegian desktops
+GROUPS = "'\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
+GROUPED = re.compile(rf'(?<![\d.,])\d{{1,3}}(?:[{GROUPS}]\d{{3}})+(?![\d{GROUPS}])')
 COMMENT = ('#', '//', '%', '!')
 
 
@@ -25,7 +27,13 @@ def text_of(content):
         text = content.decode('cp1252', errors='replace')
     if '\x00' in text:
         raise UnreadableCloud('it is no text: there are zero bytes in it')
-    return text.replace(MINUS, '-')
+    text = text.replace(MINUS, '-')
+    return GROUPED.sub(_digits, text) if any(sign in text for sign in GROUPS) else text
+
+
+def _digits(grouped):
+    """Return a whole number without what groups it in Switzerland (1'234) and France."""
+    return ''.join(filter(str.isdecimal, grouped[0]))
 
 
 def numbered_lines(text):

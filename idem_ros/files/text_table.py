@@ -10,18 +10,22 @@ import numpy as np
 
 from idem_ros.files.columns import numbered_columns, xyz_columns
 from idem_ros.files.text_lines import COMMENT, numbered_lines, text_of
+from idem_ros.files.text_numbers import (
+    NO_NUMBER,
+    NUMBER,
+    are_columns,
+    is_number,
+    is_written,
+    refuse_counter,
+    refuse_torn,
+    signs_of,
+)
 from idem_ros.files.unreadable import UnreadableCloud
 
 SAMPLE = 200  # rows that the delimiter and the decimal sign are told by
 SHOWN = 60  # characters of a line in a message
-NUMBER = {
-    sign: re.compile(rf'[+-]?(\d+([{sign}]\d*)?|[{sign}]\d+)([eE][+-]?\d+)?$') for sign in '.,'
-}
-GROUPED = re.compile(r'[+-]?\d{1,3}([.,]\d{3})+([.,]\d+)?$')
-NO_NUMBER = re.compile(r'[+-]?(nan|inf|infinity|na|n/a|null|none)?$', re.IGNORECASE)
 SEPARATOR = re.compile(r'"?sep=(.)"?$', re.IGNORECASE)  # how Excel says its delimiter
 UNIT = re.compile(r'\s+([\[(])')
-LEAST_TO_COUNT = 10  # rows
 POINTS_FIRST = ('.pts', '.xyzn', '.xyzrgb')  # formats whose first three columns are x, y, z
 
 logger = logging.getLogger(__name__)
@@ -45,10 +49,14 @@ def read_text(path, columns=None):
     if table.names:
         chosen = xyz_columns(table.names, columns)
     else:
+        if are_columns(len(table.rows), table.width):
+            raise UnreadableCloud(
+                f'it has {len(table.rows)} rows of {table.width} numbers; a point must be a row'
+            )
         chosen = (0, 1, 2) if columns is None else numbered_columns(table.width, columns)
     points = _numbers(table, chosen)
     if table.names is None and columns is None and table.width > 3:
-        _refuse_counter(points)
+        refuse_counter(points)
         if path.suffix.lower() not in POINTS_FIRST:
             logger.warning(
                 '%s: no header says what its %d columns are: the first three are taken for '
@@ -77,11 +85,11 @@ def _table(lines, comments):
     _check_counts(counts, rows)
     if not rows:
         raise UnreadableCloud('it holds a header and no row of numbers')
-    if not any(_is_number(cell) for cell in _split(rows[0][1], delimiter)):
+    if not any(is_number(cell) for cell in _split(rows[0][1], delimiter)):
         raise UnreadableCloud(f'{_quoted(rows[0])} is no point')
     width = _width(rows, delimiter)
     if header is not None:
-        names = _fitting(names, width, header, rows[0])
+        names = _fitting(names, width, header, rows)
     elif width >= 3:
         names = _commented(comments, rows[0][0], delimiter, width)
     return Table(rows, delimiter, names or None, width)
@@ -122,8 +130,8 @@ def _check_counts(counts, rows):
 def _header(rows, delimiter):
     """Return the names of the first row, [] for a header that says nothing; None for no header."""
     cells = _split(rows[0][1], delimiter)
-    numbers = sum(map(_is_number, cells))
-    if numbers < 3 and not all(_is_number(cell) or NO_NUMBER.match(cell) for cell in cells):
+    numbers = sum(map(is_number, cells))
+    if numbers < 3 and not all(is_number(cell) or NO_NUMBER.match(cell) for cell in cells):
         glued = UNIT.sub(r'\1', rows[0][1]) if delimiter is None else rows[0][1]
         return _split(glued.lstrip('#/%! '), delimiter)
     ordinals = [str(k) for k in range(len(cells))]
@@ -139,13 +147,15 @@ def _header(rows, delimiter):
     return None
 
 
-def _fitting(names, width, header, row):
-    """Return names, as many as the rows have cells."""
+def _fitting(names, width, header, rows):
+    """Return names, as many as the rows have cells; quoted names of rows (R) have none."""
     if len(names) == width + 1 and names[-1] == '':
         names = names[:-1]
+    if len(names) == width - 1 and all(line.lstrip().startswith('"') for _, line in rows):
+        names = ['', *names]
     if names and len(names) != width:
         raise UnreadableCloud(
-            f'{_quoted(header)} names {len(names)} columns, and {_quoted(row)} holds {width}'
+            f'{_quoted(header)} names {len(names)} columns, and {_quoted(rows[0])} holds {width}'
         )
     return names
 
@@ -193,9 +203,9 @@ def _numbers(table, chosen):
 
     sample = table.rows[:SAMPLE] + table.rows[-SAMPLE:]
     cells = [_split(line, table.delimiter) for _, line in sample]
-    decimal, thousands = _signs([row[i] for row in cells for i in chosen])
+    decimal, thousands = signs_of([row[i] for row in cells for i in chosen])
     if table.delimiter == ',' and table.names is None:
-        _refuse_torn(cells)
+        refuse_torn(cells)
     lines = [line.strip() if table.delimiter is None else line for _, line in table.rows]
     layout = {
         'sep': table.delimiter or r'\s+',
@@ -204,69 +214,28 @@ def _numbers(table, chosen):
         'usecols': sorted(set(chosen)),
         'index_col': False,
     }
+    if thousands and (offence := _offence(table, chosen, decimal, thousands)):
+        raise offence
     signs = {'decimal': decimal, 'thousands': thousands, 'float_precision': 'round_trip'}
     try:
         frame = pd.read_csv(io.StringIO('\n'.join(lines)), dtype=np.float64, **layout, **signs)
     except (ValueError, OverflowError, pd.errors.ParserError) as error:
-        raise _offence(table, chosen, decimal, thousands) from error
+        offence = _offence(table, chosen, decimal, thousands)
+        raise offence or UnreadableCloud('its rows are no numbers') from error
     if len(frame) != len(lines):
         raise UnreadableCloud('a quotation mark opens and does not close in its line')
     return frame[list(chosen)].to_numpy()
 
 
 def _offence(table, chosen, decimal, thousands):
-    """Return the error that names the first cell which is no number."""
+    """Return the error that names the first cell which is no number; None where all are."""
     for row in table.rows:
         for cell in (_split(row[1], table.delimiter)[i] for i in chosen):
-            plain = cell.replace(thousands, '') if thousands else cell
-            if not (NUMBER[decimal].match(plain) or NO_NUMBER.match(plain)):
+            if not is_written(cell, decimal, thousands):
                 return UnreadableCloud(
                     f'{_quoted(row)} is no point: {cell[:SHOWN]!r} is no number'
                 )
-    return UnreadableCloud('its rows are no numbers')
-
-
-def _signs(cells):
-    """Return the decimal sign, and what groups thousands or None."""
-    both = [cell for cell in cells if ',' in cell and '.' in cell]
-    if both:
-        last = {max(',.', key=cell.rfind) for cell in both}
-        if len(last) == 1:
-            decimal = last.pop()
-            return decimal, ',' if decimal == '.' else '.'
-    comma = next((cell for cell in cells if ',' in cell), None)
-    point = next((cell for cell in cells if '.' in cell), None)
-    if comma and point:
-        raise UnreadableCloud(f'its decimal sign is a comma in {comma!r} and a point in {point!r}')
-    return (',' if comma else '.'), None
-
-
-def _refuse_torn(rows):
-    """Refuse rows whose numbers a comma has torn apart: 3,0712 as 3 and 0712."""
-    halves = [row[1::2] for row in rows]
-    whole = all(cell.lstrip('+-').isdecimal() for row in rows for cell in row)
-    if not whole or len(rows[0]) % 2:
-        return
-    lengths = [{len(cell) for cell in column} for column in zip(*halves, strict=True)]
-    unsigned = all(cell.isdecimal() for row in halves for cell in row)
-    alike = unsigned and all(len(each) == 1 and each != {1} for each in lengths)
-    if (alike and len(rows) >= 5) or any(re.match('0[0-9]', c) for row in halves for c in row):
-        raise UnreadableCloud(
-            'a comma is both its decimal sign and its delimiter; it must be written with another '
-            'delimiter, or with decimal points'
-        )
-
-
-def _refuse_counter(points):
-    x = points[:, 0]
-    steps = np.diff(x)
-    if len(x) < LEAST_TO_COUNT or not steps.any() or (x != np.round(x)).any():
-        return
-    if set(steps) <= {0.0, 1.0}:
-        raise UnreadableCloud(
-            'no header says what its columns are, and the first counts rows; --columns says '
-            'which are x, y and z, as 2,3,4'
-        )
+    return None
 
 
 def _split(line, delimiter):
@@ -283,11 +252,6 @@ def _count(line, delimiter):
     if '"' in line:
         return len(_split(line, delimiter))
     return len(line.split()) if delimiter is None else line.count(delimiter) + 1
-
-
-def _is_number(cell):
-    known = NUMBER['.'], NUMBER[','], GROUPED
-    return cell.lower() in ('nan', 'inf') or any(form.match(cell) for form in known)
 
 
 def _quoted(row):

@@ -92,8 +92,15 @@ def test_a_matrix_comes_in_rows_or_in_a_line_with_any_separator(
     np.testing.assert_array_equal(read_pose(tmp_path / 'pose.txt'), expected)
 
 
-def test_decimal_commas_are_no_pose(tmp_path):
-    (tmp_path / 'pose.txt').write_text('1,0 0,0 0,0 0,0\n0,0 1,0 0,0 0,0\n0,0 0,0 1,0 0,0\n')
+@pytest.mark.parametrize('between', [' ', ';', '\t', '; '])
+def test_a_comma_is_the_decimal_sign_where_something_else_separates(tmp_path, between):
+    rows = [row.replace(' ', between).replace('.', ',') for row in ROWS]
+    (tmp_path / 'pose.txt').write_text('\n'.join(rows))
+    assert read_pose(tmp_path / 'pose.txt')[:3, 3].tolist() == [1.5, 2.0, -3.0]
+
+
+def test_commas_that_both_part_and_round_are_no_pose(tmp_path):
+    (tmp_path / 'pose.txt').write_text('1,0,0,0,0,0,0,0\n0,0,1,0,0,0,0,0\n0,0,0,0,1,0,0,0\n')
     with pytest.raises(UnreadablePose, match='lines of 8, 8, 8 numbers'):
         read_pose(tmp_path / 'pose.txt')
 

@@ -49,6 +49,26 @@ def test_names_that_lost_the_blank_one_are_refused(tmp_path, points):
         read_cloud(path)
 
 
+@pytest.mark.parametrize('between', [' ', ',', '\t'])
+def test_names_of_rows_that_are_quoted_need_none_themselves(tmp_path, points, between):
+    """As write.table of R writes."""
+    rows = rows_of(points, between, [lambda i: f'"{i + 1}"'], [lambda _: '"on the ground"'])
+    head = between.join(['"x"', '"y"', '"z"', '"class"']) + '\n'
+    assert_reads(written(tmp_path / 'scan.txt', rows, head), points)
+
+
+@pytest.mark.parametrize('rows', [3, 4])
+def test_points_in_columns_are_refused(tmp_path, points, rows):
+    """As MATLAB holds them."""
+    across = np.vstack([points.T, np.ones(len(points))])[:rows]
+    np.savetxt(tmp_path / 'scan.txt', across)
+    np.save(tmp_path / 'scan.npy', across)
+    with pytest.raises(UnreadableCloud, match='a point must be a row'):
+        read_cloud(tmp_path / 'scan.txt')
+    with pytest.raises(UnreadableCloud, match='a point a row'):
+        read_cloud(tmp_path / 'scan.npy')
+
+
 def test_numbers_for_names_with_an_index_are_refused_and_columns_decide(tmp_path, points):
     """As pandas writes an array: ,0,1,2."""
     path = written(tmp_path / 'scan.csv', rows_of(points, ',', [number]), ',0,1,2\n')
@@ -85,7 +105,7 @@ def test_decimal_commas_in_quotes_between_commas(tmp_path, points):
     assert_reads(written(tmp_path / 'scan.csv', rows, '"x","y","z"\n'), points)
 
 
-@pytest.mark.parametrize(('thousands', 'decimal'), ['.,', ',.'])
+@pytest.mark.parametrize(('thousands', 'decimal'), ['.,', ',.', "'.", '\xa0,', '\u202f,', '’.'])
 def test_thousands_are_grouped_as_in_either_half_of_the_world(
     tmp_path, points, thousands, decimal
 ):
@@ -99,6 +119,8 @@ def test_thousands_are_grouped_as_in_either_half_of_the_world(
     'text',
     [
         'x;y;z\n1,5;2,5;3,5\n1.5;2.5;3.5\n',
+        'x;y;z\n1.234,5;2,5;3,5\n2.5;2,5;3,5\n',
+        'x;y;z\n' + '1,234.5;2.5;3.5\n' * 999 + '3,5;2.5;3.5\n' + '1,234.5;2.5;3.5\n' * 999,
         'x,y,z\n' + '3,0712,3,0332,-0,0034\n' * 9,
         '3,0712,3,0332,-0,0034\n' * 9,
         '3,712,3,332,-1,534\n2,123,4,521,3,777\n' * 9,
@@ -121,6 +143,7 @@ def test_what_contradicts_its_own_decimal_sign_is_refused(tmp_path, text):
         'a,b,c,Points_0,Points_1,Points_2',
         'Time,b,c,Easting,Northing,Elevation',
         'a,b,c,east,north,up',
+        'Point,Code,Note,E,N,H',
         'a,b,c,position_x,position_y,position_z',
         'nx,ny,nz,X,Y,Z',
         'vx,vy,vz,pos.x,pos.y,pos.z',
