@@ -114,13 +114,16 @@ def _of_capsule(bag):
 def _written(args, bag, settings, topics, notes=()):
     """Replay, write and print; return the exit code and the [`Replay`] of each method."""
     from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.replay.provenance import map_fingerprint
     from idem_ros.replay.run import replay_each
     from idem_ros.results.summary import table, why_nothing
 
     logging.getLogger('idem_ros.maps').setLevel(logging.INFO)  # reading a map takes its time
     inputs = [bag, *filter(None, [args.again, getattr(args, 'params', None)])]
     outputs = outputs_for(args, inputs, [each.method for each in settings])
-    input_ = fingerprint(bag) if args.json or args.out else None
+    made_of = None, None
+    if args.json or args.out:
+        made_of = fingerprint(bag), map_fingerprint(settings[0].map.target_file)
     replays = replay_each(bag, settings, progress=_progress, **topics)
     if not any(each.frames for each in replays):
         if replays[0].interrupted:
@@ -128,7 +131,7 @@ def _written(args, bag, settings, topics, notes=()):
         raise NothingRefined(why_nothing(replays[0]))
     replays = [replace(each, notes=(*notes, *each.notes)) for each in replays]
     for each in zip(outputs, replays, settings, strict=True):
-        write_outputs(*each, input_, args.clouds)
+        write_outputs(*each, made_of, args.clouds)
     text = '\n\n'.join(map(table, replays, map(_is_audit, settings)))
     print(text, file=sys.stderr if args.json == '-' else sys.stdout)
     return _code(replays), replays
@@ -149,7 +152,6 @@ def _again(args):
     """Repeat a result, compare, say how many frames agree."""
     from idem_ros.recording.fingerprint import fingerprint
     from idem_ros.replay import again
-    from idem_ros.replay.named_recording import require_map_under
     from idem_ros.replay.provenance import versions
     from idem_ros.results.result_file import read_result
     from idem_ros.results.summary import json_record
@@ -158,8 +160,8 @@ def _again(args):
     result = read_result(args.again)
     settings, topics = again.settings_of(result)
     bag = args.bag or again.recording_of(result, args.recordings_under)
-    require_map_under(result, settings.map.target_file, args.recordings_under)
-    again.require_same_input(result, fingerprint(bag))
+    settings = again.with_map(settings, result, args.recordings_under)
+    again.require_same(result, 'input', fingerprint(bag))
     code, (replayed,) = _written(args, bag, [settings], topics)
     repeated = json_record(replayed)['frames']
     if result.record['summary'].get('interrupted'):

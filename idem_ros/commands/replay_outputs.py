@@ -50,14 +50,15 @@ def outputs_for(args, inputs, methods):
     return each
 
 
-def write_outputs(outputs, replayed, settings, input_, with_clouds=False):
+def write_outputs(outputs, replayed, settings, made_of, with_clouds=False):
     """Write what was asked for.
 
     Args:
         outputs: `Outputs`.
         replayed: `Replay`.
         settings: `Settings` that it was made with.
-        input_: the recording's `fingerprint`; None where neither JSON nor MCAP is asked for.
+        made_of: `fingerprint`s of recording and map, see `provenance.made_by`; where neither JSON
+            nor MCAP is asked for they are not looked at.
         with_clouds: whether the MCAP holds the clouds, too.
     """
     from idem_ros.recording.results import write_result
@@ -70,7 +71,7 @@ def write_outputs(outputs, replayed, settings, input_, with_clouds=False):
         _write_tum(outputs.tum, replayed)
     if not (outputs.json or outputs.out):
         return
-    made = made_by(settings, replayed.topics, input_)
+    made = made_by(settings, replayed.topics, *made_of)
     with TemporaryFile() as text:
         text.writelines(map(str.encode, record_text(json_record(replayed, made))))
         if outputs.out:

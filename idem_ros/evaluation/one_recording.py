@@ -42,7 +42,7 @@ def evaluated(task, progress=lambda messages, total: messages):
         `Outcome`; what is wrong with a recording is in it, not raised.
     """
     from idem_ros.recording.fingerprint import fingerprint
-    from idem_ros.replay.provenance import made_by
+    from idem_ros.replay.provenance import made_by, map_fingerprint
     from idem_ros.replay.run import replay_each
     from idem_ros.results.record_text import record_text
     from idem_ros.results.summary import json_record, why_nothing
@@ -52,6 +52,7 @@ def evaluated(task, progress=lambda messages, total: messages):
         key = identity(input_)
         if key in task.done:
             return Outcome(task.path, identity=key)
+        map_ = map_fingerprint(task.settings.map.target_file)
         (replayed,) = replay_each(task.path, [task.settings], progress=progress, **task.topics)
     except (IdemError, OSError) as error:
         return Outcome(task.path, reason=str(error))
@@ -59,7 +60,7 @@ def evaluated(task, progress=lambda messages, total: messages):
         return Outcome(task.path, reason='interrupted before it was done')
     if not replayed.frames:
         return Outcome(task.path, reason=why_nothing(replayed))
-    record = json_record(replayed, made_by(task.settings, replayed.topics, input_))
+    record = json_record(replayed, made_by(task.settings, replayed.topics, input_, map_))
     return Outcome(task.path, ''.join(record_text(record)), identity=key)
 
 

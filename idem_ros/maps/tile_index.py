@@ -27,6 +27,8 @@ class TileIndex:
     """(T, 2) least x and y of each."""
     size: NDArray
     """(2,) of a tile along x and y; also of one that lies at the edge of the map."""
+    metadata: Path
+    """The file that says so."""
 
     @property
     def high(self):
@@ -69,6 +71,18 @@ def find_map(path):
     )
 
 
+def map_files(path):
+    """Return the files that a map is read from: one, or metadata and the tiles that are there.
+
+    Raises:
+        UnusableMap: see `find_map`.
+    """
+    found = find_map(path)
+    if not isinstance(found, TileIndex):
+        return [found]
+    return [found.metadata, *(each for each in found.paths if each.is_file())]
+
+
 def clouds_of(folder):
     """Return the cloud files of a folder by their names."""
     return sorted(
@@ -101,7 +115,7 @@ def read_tile_index(metadata, folder):
             raise UnusableMap(f'{metadata}: {name} is at {at!r:.60}; it must be its least [x, y]')
     names = sorted(corners)
     low = np.array([corners[name] for name in names], dtype=np.float64)
-    return TileIndex(tuple(folder / name for name in names), low, np.array(size))
+    return TileIndex(tuple(folder / name for name in names), low, np.array(size), metadata)
 
 
 def _size(metadata, content, name):

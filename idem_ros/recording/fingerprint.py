@@ -17,8 +17,12 @@ def fingerprint(path):
     Raises:
         UnreadableRecording: there is no such recording.
     """
+    return fingerprint_of(path, recording_files(Path(path)))
+
+
+def fingerprint_of(path, files):
+    """Return the same of a file, or of files that lie in a folder."""
     path = Path(path)
-    files = recording_files(path)
     sums = [_sha256(file) for file in files]
     if path.is_dir():
         lines = (f'{sum_}  {file.name}\n' for sum_, file in zip(sums, files, strict=True))

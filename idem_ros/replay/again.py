@@ -1,13 +1,14 @@
 """Repeat a replay from what its result says of itself, and compare the two bit for bit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import zip_longest
+from pathlib import Path
 
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.replay.named_recording import is_there, named_recording
-from idem_ros.replay.provenance import NO_SETTINGS
+from idem_ros.replay.named_recording import is_there, named_map, named_recording
+from idem_ros.replay.provenance import NO_SETTINGS, map_fingerprint
 from idem_ros.replay.settings import from_record
 
 COMPARED = ('stamp_ns', 'T_target_source', 'q_tot', 'status')
@@ -36,7 +37,7 @@ def settings_of(result):
         UnknownSettings, InvalidConfig: it was made by a version with other settings.
     """
     made_by = result.made_by
-    if made_by is None or not {'parameters', *NO_SETTINGS} <= made_by.keys():
+    if made_by is None or not {'parameters', 'versions', 'input', 'topics'} <= made_by.keys():
         raise NotRepeatable(
             f'{result.path} does not say how it was made; a result of this version does'
         )
@@ -68,22 +69,53 @@ def recording_of(result, under=None):
     return str(path)
 
 
-def require_same_input(result, input_):
-    """Refuse another recording than the one a `Result` was made of, by its checksum.
+def with_map(settings, result, under=None):
+    """Return settings with the map that a `Result` was made with, where it lies now.
+
+    Of a result that does not say what its map was, any is taken.
+
+    Args:
+        settings: `Settings` of the result.
+        result: `Result`.
+        under: see `named_recording`.
+
+    Raises:
+        NotRepeatable: it is not there, or another one.
+        ForbiddenRecording: it does not lie in the folder `under`.
+        UnusableMap: it is none.
+    """
+    file = named_map(result, settings.map.target_file, under)
+    if not file:
+        return settings
+    if not is_there(Path(file)):
+        raise NotRepeatable(
+            f'{result.path} is of the map {Path(file).name}, which is neither at {file} nor '
+            'beside it'
+        )
+    require_same(result, 'map', map_fingerprint(file))
+    return replace(settings, map=replace(settings.map, target_file=file))
+
+
+def require_same(result, role, found):
+    """Refuse another recording, or map, than the one a `Result` was made of, by its checksum.
 
     Args:
         result: `Result`.
-        input_: the recording's `fingerprint`.
+        role: 'input' or 'map'.
+        found: the `fingerprint` of what is there.
 
     Raises:
         NotRepeatable: it names both checksums.
     """
-    then = result.made_by['input']['sha256']
-    if input_['sha256'] != then:
-        raise NotRepeatable(
-            f'{input_["name"]} is not what {result.path} was made of: its SHA-256 is '
-            f'{input_["sha256"]}, that of the result is {then}'
-        )
+    then = result.made_by.get(role)
+    if then is None or found['sha256'] == then['sha256']:
+        return
+    what = 'the map ' if role == 'map' else ''
+    size = f' ({found["size"]} bytes, then {then["size"]})' if 'size' in then else ''
+    raise NotRepeatable(
+        f'{what}{found["name"]} is not what {result.path} was made of: its SHA-256 is '
+        f'{found["sha256"]}, that of the result is {then["sha256"]}{size}'
+    )
 
 
 def agreement(recorded, repeated):

@@ -1,12 +1,15 @@
 """The clouds that frames of a result were refined from, found again in its recording."""
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
 from idem_ros.core import IdemError, undistort
 from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.maps.open_map import open_map
+from idem_ros.maps.tile_index import map_files
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
@@ -17,7 +20,7 @@ from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import FROM_A_FILE, find_topic, find_topics
 from idem_ros.refinement.preprocessing import preprocess
-from idem_ros.replay.named_recording import named_recording, require_map_under
+from idem_ros.replay.named_recording import named_map, named_recording
 from idem_ros.replay.odometry import SCANS_KEPT
 from idem_ros.replay.settings import SCAN, Settings, from_record
 
@@ -47,23 +50,26 @@ def clouds_of(result, indices, under=None):
         IdemError: there is no such recording, it has changed, or does not lie where it must.
     """
     path = named_recording(result, under)
-    _require_same_size(path, result)
+    _require_same_size(path, recording_files(path), result, 'input')
     wanted = {}
     for i in indices:
         wanted.setdefault(result.frames[i]['stamp_ns'], []).append(int(i))
-    require_map_under(result, settings_of(result).map.target_file, under)
-    clouds_by_stamp = _scans if _sequence_of(result) else _pairs
+    settings = settings_of(result)
+    file = named_map(result, settings.map.target_file, under)
+    if file:
+        _require_same_size(file, map_files(file), result, 'map')
+        settings = replace(settings, map=replace(settings.map, target_file=file))
+    clouds_by_stamp, stamps = _scans if _sequence_of(result) else _pairs, frozenset(wanted)
     with open_recording(path) as recording:
-        for stamp, target, source in clouds_by_stamp(recording, result, frozenset(wanted)):
+        for stamp, target, source in clouds_by_stamp(recording, result, settings, stamps):
             for i in wanted.pop(stamp, ()):
                 yield i, target, source
             if not wanted:
                 return
 
 
-def _pairs(recording, result, stamps):
+def _pairs(recording, result, settings, stamps):
     """Pair as the replay did; the guess that a source started from is in the result."""
-    settings = settings_of(result)
     file = settings.map.target_file
     target, source = _topics_of(result)
     topics = find_topics(recording, FROM_A_FILE if file else target, source)
@@ -82,9 +88,9 @@ def _pairs(recording, result, stamps):
                 yield pair.stamp, _target(pair, settings, source, found[pair.stamp]), source
 
 
-def _scans(recording, result, stamps):
+def _scans(recording, result, settings, stamps):
     """Yield each scan with those before it, where the result says that they were."""
-    settings, sequence = settings_of(result), _sequence_of(result) or {}
+    sequence = _sequence_of(result) or {}
     topic = find_topic(recording, CLOUD, 'source', _topics_of(result)[1])
     found = {frame['stamp_ns']: frame for frame in result.frames}
     found[sequence.get('first_stamp')] = {'T_target_source': np.eye(4)}
@@ -124,7 +130,9 @@ def _target(pair, settings, source, frame):
     if not isinstance(pair.target, MapTarget):
         return _points(pair.target, settings, is_target=True)
     placed = transform_points(np.array(frame['T_target_source']), source)
-    return pair.target.map.points_within(placed.min(axis=0) - AROUND, placed.max(axis=0) + AROUND)
+    middle = np.median(placed, axis=0)
+    near = usual(placed - middle) + middle
+    return pair.target.map.points_within(near.min(axis=0) - AROUND, near.max(axis=0) + AROUND)
 
 
 def _sequence_of(result):
@@ -138,9 +146,9 @@ def _topics_of(result):
     return topics.get('target'), topics.get('source')
 
 
-def _require_same_size(recording, result):
-    """Tell at once that a recording has changed; its checksum would take reading all of it."""
-    size = sum(file.stat().st_size for file in recording_files(recording))
-    then = ((result.made_by or {}).get('input') or {}).get('size', size)
+def _require_same_size(path, files, result, role):
+    """Tell at once that a recording, or a map, has changed; a checksum would take reading all."""
+    size = sum(file.stat().st_size for file in files)
+    then = ((result.made_by or {}).get(role) or {}).get('size', size)
     if size != then:
-        raise IdemError(f'{recording} has {size} bytes, and had {then} when it was replayed')
+        raise IdemError(f'{path} has {size} bytes, and had {then} when it was replayed')

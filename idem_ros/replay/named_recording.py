@@ -1,4 +1,4 @@
-"""The recording that a result names: whoever made the result chose what is opened here."""
+"""The recording and the map that a result names: whoever made it chose what is opened here."""
 
 import os.path
 from pathlib import Path
@@ -23,34 +23,34 @@ def named_recording(result, under=None):
     Raises:
         ForbiddenRecording: it does not.
     """
-    named = Path(result.bag)
-    name = ((result.made_by or {}).get('input') or {}).get('name', named.name)
-    beside = Path(result.path).parent / name
-    found = beside if not is_there(named) and is_there(beside) else named
-    if under is not None and not _resolved(found).is_relative_to(_resolved(under)):
-        raise ForbiddenRecording(
-            f'{result.path} is of {found}, which does not lie in {under}, as --recordings-under '
-            'asks for'
-        )
-    return found
+    return _found(result, Path(result.bag), 'input', under)
 
 
-def require_map_under(result, file, under):
-    """Refuse a map that a `Result` names outside of a folder, see `named_recording`.
+def named_map(result, file, under=None):
+    """Return the path of the map of a result, likewise; empty where it is of none.
 
     Args:
         result: `Result`.
-        file: the map's path; empty: it is of none.
-        under: the folder; None: it may lie anywhere.
+        file: the map as its settings name it; empty: it is of none.
+        under: see `named_recording`.
 
     Raises:
         ForbiddenRecording: it lies elsewhere.
     """
-    if file and under is not None and not _resolved(file).is_relative_to(_resolved(under)):
+    return file and str(_found(result, Path(file), 'map', under))
+
+
+def _found(result, named, role, under):
+    name = ((result.made_by or {}).get(role) or {}).get('name', named.name)
+    beside = Path(result.path).parent / name
+    found = beside if not is_there(named) and is_there(beside) else named
+    if under is not None and not _resolved(found).is_relative_to(_resolved(under)):
+        what = 'the map ' if role == 'map' else ''
         raise ForbiddenRecording(
-            f'{result.path} is of the map {file}, which does not lie in {under}, as '
+            f'{result.path} is of {what}{found}, which does not lie in {under}, as '
             '--recordings-under asks for'
         )
+    return found
 
 
 def is_there(path):

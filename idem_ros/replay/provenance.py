@@ -5,31 +5,44 @@ import platform
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 
+from idem_ros.maps.tile_index import map_files
+from idem_ros.recording.fingerprint import fingerprint_of
 from idem_ros.replay.settings import IDEM, as_record
 
 PACKAGES = ('idem_ros', 'numpy', 'scipy', 'numba', 'rosbags', 'mcap')
-NO_SETTINGS = ('versions', 'input', 'topics')
+NO_SETTINGS = ('versions', 'input', 'topics', 'map')
 """What a record holds beside the settings."""
 PEERS_PACKAGE = 'small_gicp'
 
 
-def made_by(settings, topics, input_):
+def made_by(settings, topics, input_, map_=None):
     """Return how a result was made, as a record that JSON can hold.
 
     Args:
         settings: `Settings`.
         topics: `Topics` that were replayed.
         input_: the recording's `fingerprint`.
+        map_: likewise, of the map from a file; None: there is none.
 
     Returns:
-        {'versions', 'input', 'topics', 'parameters' and every other of the settings}.
+        {'versions', 'input', 'topics', 'parameters' and every other of the settings}, and 'map'.
     """
     return {
         'versions': versions(settings.method),
         'input': input_,
         'topics': asdict(topics),
+        **({} if map_ is None else {'map': map_}),
         **as_record(settings),
     }
+
+
+def map_fingerprint(path):
+    """Return the `fingerprint` of a map: of its file, or its metadata and tiles; None of ''.
+
+    Raises:
+        UnusableMap: there is no such map.
+    """
+    return fingerprint_of(path, map_files(path)) if path else None
 
 
 def versions(method=IDEM):

@@ -99,6 +99,7 @@ class Frame(_Record):
     points_source: Count = 0
     dropped_nonfinite: Count = 0
     dropped_zero: Count = 0
+    dropped_stray: Count = 0
     cropped: Count = 0
     thinned: Count = 0
     covariance: Covariance = None
@@ -131,7 +132,7 @@ class Summary(_Record):
 
 
 class Input(_Record):
-    """The recording, see `fingerprint`."""
+    """The recording, or the map from a file, see `fingerprint`."""
 
     name: Annotated[Path, AfterValidator(_plain)] = 'unknown'
     size: Count = 0
@@ -143,6 +144,7 @@ class MadeBy(_Record):
 
     versions: dict[str, str | None] = {}
     input: Input = None
+    map: Input = None
     topics: dict[str, str | list[str] | None] = {}
     parameters: dict[str, Number | bool | str | list[Number | str]] = {}
 

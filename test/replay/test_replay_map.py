@@ -1,6 +1,7 @@
 """Replays against a map from a file."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -149,3 +150,41 @@ def test_a_map_outside_of_the_folder_that_recordings_must_lie_in_is_not_opened(
     assert 'is of the map' in capsys.readouterr().err
     with pytest.raises(ForbiddenRecording, match='is of the map'):
         next(clouds_of(read_result(folder / 'result.json'), [0], folder))
+
+
+@pytest.mark.parametrize('of', ['map.npy', 'tiles'])
+def test_a_result_is_repeated_in_the_same_map_only(folder, tmp_path, of, capsys):
+    moved = tmp_path / of
+    copy = shutil.copytree if (folder / of).is_dir() else shutil.copy
+    copy(folder / of, moved)
+    result = str(tmp_path / 'result.json')
+    argv = ['replay', str(folder / 'run.mcap'), '--target-file', str(moved), '--every', '3']
+    assert main([*argv, '--voxel-size', '0.5', '--json', result]) == 0
+    then = read_result(result).made_by['map']
+    assert then['name'] == of
+    assert main(['replay', '--again', result]) == 0
+    capsys.readouterr()
+    spoilt = moved if moved.is_file() else next(moved.glob('*.pcd'))
+    spoilt.write_bytes(spoilt.read_bytes()[:-1] + b'\x01')
+    assert main(['replay', '--again', result]) == 1
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert f'the map {of} is not what {result} was made of' in error
+    assert then['sha256'] in error
+    spoilt.unlink()
+    assert main(['replay', '--again', result]) == 1
+    error = capsys.readouterr().err
+    assert ('neither at' if spoilt == moved else then['sha256']) in error
+    assert 'Traceback' not in error
+
+
+def test_a_map_beside_its_result_is_found(folder, tmp_path):
+    shutil.copy(folder / 'map.npy', tmp_path / 'elsewhere.npy')
+    argv = ['replay', str(folder / 'run.mcap'), '--voxel-size', '0.5', '--every', '3']
+    (tmp_path / 'results').mkdir()
+    result = str(tmp_path / 'results' / 'r.json')
+    argv += ['--target-file', str(tmp_path / 'elsewhere.npy'), '--json', result]
+    assert main(argv) == 0
+    (tmp_path / 'elsewhere.npy').rename(tmp_path / 'results' / 'elsewhere.npy')
+    assert main(['replay', '--again', result]) == 0
+    ((_, target, _),) = clouds_of(read_result(result), [0])
+    assert len(target) > 1000
