@@ -10,6 +10,7 @@ from idem_ros.calibration.calibrating import calibrate
 from idem_ros.calibration.instant import Instant
 from idem_ros.calibration.rig_motion import at_one_time, is_still, twist_at_time
 from idem_ros.core import IdemError
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.trust.assessment import WIDER
 
 WIDEST = 30 * WIDER  # times one cloud over another: no two sensors differ so, units do
@@ -87,9 +88,14 @@ def _instant(sighting, poses, twist):
     return Instant(sighting.name, tuple(clouds))
 
 
+def _width(points):
+    near = usual(points - np.median(points, axis=0))
+    return float(np.ptp(near, axis=0).max())
+
+
 def _require_one_unit(sightings, names):
     widths = [
-        [np.ptp(each.points, axis=0).max() for each in of_sensor if each is not None]
+        [_width(each.points) for each in of_sensor if each is not None]
         for of_sensor in zip(*(each.measured for each in sightings), strict=True)
     ]
     medians = np.array([np.median(each) if each else np.nan for each in widths])

@@ -11,6 +11,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Point, Transform, Twists
 from idem_ros.core.geometry import se3
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.metric.noise import share_of_sheets
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.pair import Pair
@@ -162,7 +163,7 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
     balls, wider = descent.cost.balls, list(_where(pair, descent).wider_balls())
     T = descent.solution.transform
     ways = way, way @ T[:3, :3]
-    reach = max(np.ptp(cloud.points @ w) for cloud, w in zip(balls.of, ways, strict=True))
+    reach = max(np.ptp(usual(cloud.points) @ w) for cloud, w in zip(balls.of, ways, strict=True))
     place = T, way, balls.radius, float(reach)  # a better way is a rival, however far
     target, source = (own_surfaces(cloud, SURFACE) for cloud in balls.clouds)
     slide = slide_along(target, source, *place)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.core.metric.measured_points import near_the_rest
 from idem_ros.files.bin_file import read_bin
 from idem_ros.files.npy_file import npy_parts, read_npy
 from idem_ros.files.pcd_file import pcd_parts, read_pcd
@@ -48,8 +49,8 @@ def read_cloud(
 ) -> NDArray[np.float64]:
     """Read the usable points of a cloud file; what is left out is logged as a warning.
 
-    Left out are points that are not finite, and exact zeros where there are several of them: how
-    scanners fill what they did not measure.
+    Left out are points that are not finite, exact zeros where there are several of them (how
+    scanners fill what they did not measure), and strays, see `near_the_rest`.
 
     .ply and .pcd in all their encodings; .npy of (N, 3) or more columns, or with fields x, y, z;
     .bin of float32 or float64 in 3 to 6 columns; .las, .laz, .e57 (extra `survey`); tables of
@@ -71,7 +72,14 @@ def read_cloud(
     with errors_of(path):
         points = np.asarray(reader(path, columns), dtype=np.float64)
     (usable,) = _usable([points], path)
-    return usable
+    near = near_the_rest(usable)
+    if near.all():
+        return usable
+    logger.warning(
+        '%s: of %d points %d are far from all the rest, left out',
+        *(path, len(near), len(near) - int(near.sum())),
+    )
+    return usable[near]
 
 
 def cloud_parts(path, columns=None):
@@ -81,7 +89,7 @@ def cloud_parts(path, columns=None):
         path, columns: see `read_cloud`.
 
     Yields:
-        (N, 3) float64, N >= 1; put together they are what `read_cloud` returns.
+        (N, 3) float64, N >= 1; put together they are what `read_cloud` returns, and strays.
 
     Raises:
         UnreadableCloud: see `read_cloud`; the parts before what is damaged came already.

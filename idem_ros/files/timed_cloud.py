@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 
+from idem_ros.core.metric.measured_points import near_the_rest
 from idem_ros.files.cloud_file import READERS, errors_of, read_cloud, reader_of, usable_points
 from idem_ros.files.npy_file import npy_names
 from idem_ros.files.pcd_file import pcd_names
@@ -43,6 +44,7 @@ def read_timed_cloud(path, columns=None, point_times=None, stamp=0):
         every = np.asarray(reader(path, columns), dtype=np.float64)
         names = NAMES[path.suffix.lower()](path, columns) if path.suffix.lower() in NAMES else []
     usable = usable_points(every)[0]
+    usable[usable] = near_the_rest(every[usable])
     points = read_cloud(path, columns)
 
     def found_in(column, name):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.metric.measured_points import near_the_rest
 from idem_ros.messages.azimuth_times import azimuth_times
 from idem_ros.messages.point_times import NoTimes, TimesRead, first_times, time_fields, times_of
 from idem_ros.messages.transform_message import stamp_ns
@@ -35,6 +36,8 @@ class PointsRead:
     """Points at exactly (0, 0, 0): how drivers fill what they did not measure."""
     times: TimesRead = TimesRead(None, '')
     """When each of the points was measured."""
+    dropped_stray: int = 0
+    """Points far from all the rest, see `near_the_rest`."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,8 @@ def read_points(message, times=None):
     """Read x, y, z of a PointCloud2; the message itself is left untouched.
 
     Any order of fields, padding of points and rows, organised clouds, float32 and float64 and both
-    byte orders are read. Points that are not finite or exactly zero are dropped and counted,
-    whatever `is_dense` claims.
+    byte orders are read. Points that are not finite, exactly zero or far from all the rest are
+    dropped and counted, whatever `is_dense` claims.
 
     Args:
         message: an object with the fields of sensor_msgs/PointCloud2 (of rclpy, rosbags, ...).
@@ -87,8 +90,12 @@ def read_points(message, times=None):
             f'{dropped_zero} exactly zero'
         )
     kept = points if usable.all() else points[usable]
+    near = near_the_rest(kept)
+    if not near.all():
+        usable[usable], kept = near, kept[near]
     read = TimesRead(None, '') if times is None else _times(message, layout, usable, kept, times)
-    return PointsRead(kept, dropped_nonfinite, dropped_zero, read)
+    strays = int(len(near) - len(kept))
+    return PointsRead(kept, dropped_nonfinite, dropped_zero, read, strays)
 
 
 def require_points(message, least):

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from idem_ros.core.geometry.se3 import inverse
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.files.scan_folder import START, STEP
 from idem_ros.files.timed_cloud import read_timed_cloud
 from idem_ros.recording.messages import cloud_message, transform_message
@@ -70,7 +71,8 @@ def _poses(guesses, truths):
 def _message(timed, stamp, frame_id):
     points, times = timed
     columns = None if times is None else {'time': times}
-    largest, extent = np.abs(points).max(), np.ptp(points, axis=0).max()
+    largest = np.abs(points).max()
+    extent = np.ptp(usual(points - np.median(points, axis=0)), axis=0).max()
     # float32 unless it would blur the cloud: at map coordinates (1e6 m) its step is 6 cm
     is_fine = np.spacing(np.float32(largest)) <= FINEST_STEP * extent
     dtype = np.float32 if is_fine else np.float64

@@ -49,6 +49,8 @@ class Refinement:
     """Points left out of both clouds because they are not finite."""
     dropped_zero: int
     """Points left out of both clouds because they are exactly zero."""
+    dropped_stray: int = 0
+    """Points left out of both clouds because they are far from all the rest."""
     cropped: int = 0
     """Points left out of both clouds by the range limits and the crop box."""
     thinned: int = 0

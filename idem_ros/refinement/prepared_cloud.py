@@ -60,6 +60,7 @@ def left_out(*clouds) -> dict[str, Any]:
     return {
         'dropped_nonfinite': sum(each.read.dropped_nonfinite for each in clouds),
         'dropped_zero': sum(each.read.dropped_zero for each in clouds),
+        'dropped_stray': sum(each.read.dropped_stray for each in clouds),
         'cropped': sum(each.preprocessed.cropped for each in clouds),
         'thinned': sum(each.preprocessed.thinned for each in clouds),
     }

@@ -19,6 +19,7 @@ NUMBERS = ('time_ms', *BEFORE_AND_AFTER, *(f'{name}_before' for name in BEFORE_A
 LEFT_OUT = {
     'dropped_nonfinite': 'because they are not finite',
     'dropped_zero': 'because they are exactly zero',
+    'dropped_stray': 'because they are far from all the rest',
     'cropped': 'by range or crop box',
     'thinned': 'for max_points',
 }
@@ -145,6 +146,7 @@ def frame_record(frame):
         'points_source': refinement.points_source,
         'dropped_nonfinite': refinement.dropped_nonfinite,
         'dropped_zero': refinement.dropped_zero,
+        'dropped_stray': refinement.dropped_stray,
         'cropped': refinement.cropped,
         'thinned': refinement.thinned,
     }

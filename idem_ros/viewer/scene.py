@@ -9,6 +9,7 @@ from idem_ros.core import Cloud, Landscape, register
 from idem_ros.core.config import AUTO
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.core.metric.displacement import AXES, centroid, displaced
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.metric.region_of_interest import nearest_maximum
 from idem_ros.refinement.debug_clouds import points_with_q
 from idem_ros.refinement.diagnostics import assessment_values
@@ -83,7 +84,7 @@ def _curves(clouds, T_guess, result, config):
     landscape = Landscape(*near, result.radius, config.length_scale, config.threads)
     pivot = centroid(landscape, T)
     moved = transform_points(T, near[1].points + near[1].origin)
-    spread = np.sqrt(np.mean(np.sum((moved - pivot) ** 2, axis=1)))
+    spread = np.sqrt(np.mean(np.sum(usual(moved - pivot) ** 2, axis=1)))
     guess = _offset_of(T_guess, T, pivot)
     for k, axis in enumerate(AXES):
         unit = 1.0 if k < 3 else 1.0 / spread

@@ -104,6 +104,20 @@ def test_points_not_finite_or_exactly_zero_are_dropped_where_is_dense_lies():
     assert (read.dropped_nonfinite, read.dropped_zero) == (3, 2)
 
 
+def test_points_far_from_all_the_rest_are_dropped_and_counted(rng):
+    points = rng.uniform(-50.0, 50.0, (500, 3)).astype(np.float32)
+    strays = [[1e9, 0.0, 0.0], [2e4, 2e4, 0.0]]
+    read = read_points(message(np.concatenate([strays, points]), is_dense=True))
+    np.testing.assert_array_equal(read.points, points)
+    assert (read.dropped_nonfinite, read.dropped_zero, read.dropped_stray) == (0, 0, 2)
+
+
+def test_what_is_seen_far_away_by_a_few_points_is_kept(rng):
+    cage, street = rng.normal(0.0, 0.2, (600, 3)), rng.uniform(-100.0, 100.0, (400, 3))
+    points = np.concatenate([cage, street])
+    assert read_points(message(points)).dropped_stray == 0
+
+
 def test_a_point_on_an_axis_is_kept():
     read = read_points(message(np.array([[0.0, 0.0, 1.0], [0.0, 2.0, 0.0]])))
     assert len(read.points) == 2

@@ -11,8 +11,9 @@ from idem_ros.core.jit import inlined, kernel
 FEW = 8  # points for which looking at all others costs no more than sorting them into cells
 REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
 GROWTH = 3.0
-# An estimate leaves out what is this many times as far as all but a sixteenth of the points are.
-STRAY, STRAY_SHARE = 30.0, 16
+# An estimate leaves out what is this many times as far as all but a quarter of the points are:
+# each of a percent of strays has a voxel of its own.
+STRAY, STRAY_SHARE = 30.0, 4
 _Five: TypeAlias = tuple[float, float, float, float, float]  # squared distances, the least first
 
 LEAST_REACH = 1e-9  # of the extent, where most points are copies

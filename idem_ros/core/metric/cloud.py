@@ -28,7 +28,12 @@ from idem_ros.core.geometry.undistortion import checked_times
 from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
-from idem_ros.core.metric.measured_points import MIDDLE_SAMPLE, centred_points, checked_points
+from idem_ros.core.metric.measured_points import (
+    MIDDLE_SAMPLE,
+    centred_points,
+    checked_points,
+    usual,
+)
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, own_moments, turned_weights
 from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
 from idem_ros.core.metric.voxel_size import Fit, fit_of
@@ -66,7 +71,8 @@ class Cloud:
 
     Args:
         points: (N, 3) real numbers, N >= 1, in any unit of length; they are copied. Rows that are
-            not finite, masked, or beyond 1e12, count in `dropped` and are left out of everything.
+            not finite, masked, beyond 1e12, or strays, see `near_the_rest`, count in `dropped`
+            and are left out of everything.
         times: (N,) [s] from the cloud's stamp at which the points were measured, for a sensor
             that moved meanwhile; None: all at once.
 
@@ -147,6 +153,10 @@ class Cloud:
     def bounds(self) -> tuple[Point, Point]:
         """Return the lowest and highest coordinates (3,), minus `origin`; computed once."""
         return self._kept.get('bounds', None, lambda: bounds(self._points))
+
+    def extent(self) -> tuple[Point, Point]:
+        """Return the same of the points that are not far from most: how wide the cloud is."""
+        return self._kept.get('extent', None, lambda: bounds(usual(self._points)))
 
     def fourth_neighbor_distance(self, most: int | None = None) -> float:
         """Mean distance r_4th from a point to its fourth nearest neighbour, itself not counted.

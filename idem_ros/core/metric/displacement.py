@@ -8,6 +8,7 @@ from idem_ros.core.arrays import Floats, Point, Transform, Transforms
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.measured_points import usual
 
 AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')  # along [length] and around [rad] the target frame's
 
@@ -47,7 +48,7 @@ def offsets_on_grid(**coordinates: ArrayLike) -> tuple[tuple[int, ...], Floats]:
 
 def centroid(landscape: Landscape, T_target_source: Transform) -> Point:
     """Return the mean (3,) of the source's points, moved into the target frame."""
-    mean = landscape.source.points.mean(axis=0) + landscape.source.origin
+    mean = usual(landscape.source.points).mean(axis=0) + landscape.source.origin
     return se3.transform_points(T_target_source, mean)
 
 

@@ -5,12 +5,18 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from idem_ros.core.arrays import Mask, Point, Points
+from idem_ros.core.arrays import Floats, Mask, Point, Points
 from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.geometry.grid import bounds
 from idem_ros.core.jit import kernel
 
 FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
 MIDDLE_SAMPLE = 64  # points, about, that tell the middle or the extent of a cloud
+# A stray: so many times as far from the middle as nine tenths of the points, or as half of them.
+# A street that is seen from within a cage, or through a window, is nearer.
+BEYOND_MOST, BEYOND_HALF = 30.0, 1000.0
+BEYOND_USUAL = 10.0  # times as far as three quarters
+FEWEST, SAMPLE = 64, 1000  # points that tell how far the others are, and of which they are
 
 
 def centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
@@ -31,7 +37,54 @@ def centred_points(points: ArrayLike) -> tuple[Point, Mask, Points]:
     origin = sample[len(sample) // 2].copy()
     for axis in range(3):  # numpy takes a column at a time three times faster than rows of three
         kept[:, axis] -= origin[axis]
+    near = near_the_rest(kept, np.zeros(3))
+    if not near.all():
+        finite[finite] = near
+        kept = kept[near]
     return origin, finite, kept
+
+
+def near_the_rest(points: Points, middle: Point | None = None) -> Mask:
+    """Return (N,) bool: which of finite points (N, 3) are no strays, of which there are a few.
+
+    Not what is 30 times as far from the middle, along any axis, as nine tenths of the points are,
+    or 1000 times as far as half of those elsewhere. Fewer than 64 points have no strays.
+
+    middle: (3,); None: the median.
+    """
+    if len(points) < FEWEST:
+        return np.ones(len(points), bool)
+    few = points[:: max(len(points) // SAMPLE, 1)]
+    middle = np.median(few, axis=0) if middle is None else middle
+    half, most = far_from(few - middle, 0.5), far_from(few - middle, 0.9)
+    limit = min(BEYOND_HALF * half, BEYOND_MOST * most) or np.inf
+    low, high = bounds(points)
+    if (low >= middle - limit).all() and (high <= middle + limit).all():
+        return np.ones(len(points), bool)
+    far: Floats = np.abs(points - middle).max(axis=1)
+    return far <= limit
+
+
+def far_from(points: Points, share: float) -> float:
+    """Return how far along any axis a share of points (N, 3) are at most, but for those at 0."""
+    far = np.abs(points).max(axis=1)
+    far = np.sort(far[far > 0.0])
+    return float(far[int(share * len(far))]) if len(far) else 0.0
+
+
+def usual(points: Points) -> Points:
+    """Return what of points (N, 3) about their middle tells how far they reach, and where.
+
+    Not what is 10 times as far along any axis as three quarters are: it may be true, yet is so
+    little that it should not outweigh the others.
+    """
+    if len(points) < FEWEST:
+        return points
+    limit = BEYOND_USUAL * far_from(points[:: max(len(points) // SAMPLE, 1)], 0.75) or np.inf
+    low, high = bounds(points)
+    if (low >= -limit).all() and (high <= limit).all():
+        return points
+    return points[(np.abs(points) <= limit).all(axis=1)]
 
 
 def checked_points(points: Any) -> Points:

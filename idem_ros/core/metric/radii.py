@@ -36,7 +36,7 @@ def last_radius(target: Cloud, source: Cloud, a: float, workers: Workers) -> flo
 
 def widest_useful(target: Cloud, source: Cloud) -> float:
     """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
-    boxes = (cloud.bounds() for cloud in (target, source))
+    boxes = (cloud.extent() for cloud in (target, source))
     return WIDEST * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
 
 

@@ -32,6 +32,7 @@ from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.displacement import AXES, centroid, displaced
 from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.measured_points import usual
 
 RIPPLE = 0.05  # of the range of q_tot on one side of an axis
 STEPS_PER_RADIUS = 20  # along an axis
@@ -148,7 +149,7 @@ def _steps(landscape: Landscape, farthest: float | None) -> tuple[Floats, int]:
     if not (np.isfinite(farthest) and farthest > 0):
         raise InvalidConfig(f'farthest is {farthest!r}; it must be a length above 0')
     n_steps = max(2, int(np.ceil(STEPS_PER_RADIUS * farthest / landscape.radius)))
-    points = landscape.source.points
+    points = usual(landscape.source.points)
     lever = np.sqrt(np.mean(np.sum((points - points.mean(axis=0)) ** 2, axis=1)))
     angle = min(np.pi, farthest / lever) if lever > 0 else np.pi
     return np.repeat((farthest, angle), 3) / n_steps, n_steps

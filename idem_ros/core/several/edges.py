@@ -155,7 +155,7 @@ def _led_to(
 
 def _apart(clouds: Sequence[Cloud], k: int, radius: float) -> str:
     """Return why no point of a cloud meets another, and what to look at."""
-    widths = [float(np.ptp(cloud.bounds(), axis=0).max()) for cloud in clouds]
+    widths = [float(np.ptp(cloud.extent(), axis=0).max()) for cloud in clouds]
     usual, own = float(np.median(widths)), widths[k]
     reason = f'no point has a neighbour in another cloud within {radius:.3g}'
     if max(own, usual) > WIDER * min(own, usual):

@@ -12,6 +12,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Points, Transforms
 from idem_ros.core.geometry import se3
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.several.regions import pulls_of, regions_at, stiffness_along
 from idem_ros.core.several.system import JointSystem, about_middles, moved
@@ -156,8 +157,8 @@ def _floor(balls: JointBalls) -> Floats:
 def lever_arm(balls: JointBalls) -> float:
     """Return how far the points of a cloud are from its origin: the median cloud's mean square."""
     ends = np.cumsum(balls.sizes)[:-1]
-    lengths = np.linalg.norm(balls.points, axis=1)
-    squares = [float(part @ part) / len(part) for part in np.split(lengths, ends)]
+    lengths = [np.linalg.norm(usual(part), axis=1) for part in np.split(balls.points, ends)]
+    squares = [float(part @ part) / len(part) for part in lengths]
     return max(float(np.sqrt(np.median(squares))), balls.radius)
 
 

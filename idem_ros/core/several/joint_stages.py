@@ -72,7 +72,7 @@ def joint_stages(
     if radius == 0.0:
         return []
     last = JointStage(rounded(radius * _widening(clouds, radius, workers)), None, is_last=True)
-    halves = [float(np.linalg.norm(np.subtract(*cloud.bounds()))) / 2 for cloud in clouds]
+    halves = [float(np.linalg.norm(np.subtract(*cloud.extent()))) / 2 for cloud in clouds]
     widest, finest = WIDEST_STAGE * float(np.median(halves)), size_found(config) or 0.0
     coarse = [(factor, rounded(factor * wide)) for factor in config.radius_schedule[:-1]]
     stages = [

@@ -154,7 +154,7 @@ def out_of_time() -> Assessment:
 
 def _separated(given: tuple[Cloud, Cloud], T_guess: Transform, radius: float) -> str:
     """Return why no point meets the other cloud, and what to look at."""
-    bounds = np.array([cloud.bounds() for cloud in given])  # (2, 2, 3)
+    bounds = np.array([cloud.extent() for cloud in given])  # (2, 2, 3)
     middles: Floats = bounds.mean(axis=1)
     apart: Floats = T_guess[:3, :3] @ middles[1] + T_guess[:3, 3] - middles[0]
     gap = float(np.linalg.norm(apart))

@@ -31,6 +31,7 @@ from idem_ros.core.arrays import (
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.trust.surfaces import ACROSS, PLAIN, SURFACE, Surfaces, surfaces
 
@@ -230,7 +231,7 @@ def middle_and_arm(balls: Balls, T_target_source: Transform) -> tuple[Point, flo
 
     Between the clouds' origins; the arm is a root mean square, and a radius at least.
     """
-    middle, square = _mean_and_variance(balls.source.grid.points)
+    middle, square = _mean_and_variance(usual(balls.source.grid.points))
     return se3.transform_points(T_target_source, middle), max(np.sqrt(square), balls.radius)
 
 

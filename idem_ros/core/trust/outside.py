@@ -23,7 +23,7 @@ def outside(bounds: Floats, source: Cloud, T_target_source: Transform) -> Assess
         f'the map has nothing near the scan, whose middle is at {_told(middle)} at the guess; '
         f'the map lies from {_told(low)} to {_told(high)}'
     )
-    width, of_map = (float(np.max(b - a)) for a, b in (source.bounds(), bounds))
+    width, of_map = (float(np.max(b - a)) for a, b in (source.extent(), bounds))
     if width > WIDER * of_map:
         reason += f'; the scan is {width:.3g} wide, the map {of_map:.3g}: the same unit?'
     return Assessment(Verdict.SEPARATED, 0.0, reason)

@@ -17,6 +17,7 @@ from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_ax
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Neighbourhoods
+from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.metric.moments import covariance, row_of
 from idem_ros.core.metric.overlap import Overlap
 
@@ -53,7 +54,8 @@ def scale_left_open(
         return ''
     points = [se3.transform_points(T, side.grid.points) for side, T in sides]
     meets = [r[side.order] > 0.0 for (side, _), r in zip(sides, of_each, strict=True)]
-    met = min(_met(points[0], points[1], meets[1]), _met(points[1], points[0], meets[0]))
+    target, source = (se3.transform_points(T, usual(side.grid.points)) for side, T in sides)
+    met = min(_met(target, points[1], meets[1]), _met(source, points[0], meets[0]))
     if met >= LEAST_MET or _growth(sides, points, meets) >= LEAST_GROWTH:
         return ''
     return (

@@ -98,6 +98,31 @@ def test_what_a_map_holds_beyond_reach_changes_no_bit(terrain, scan, voxel_size)
     assert bits_of(register(MapCloud(more), points, guess, config)) == whole
 
 
+@pytest.mark.parametrize(('share', 'far'), [(0.0, 1e9), (0.05, 1e9), (0.02, 1e5), (0.01, 2e3)])
+@pytest.mark.parametrize('voxel_size', [1.0, 'auto'])
+def test_strays_of_a_scan_are_left_out(terrain, scan, voxel_size, share, far):
+    points, _, guess = scan
+    config, n = RegistrationConfig(voxel_size=voxel_size), max(int(share * len(points)), 1)
+    strays = far * np.random.default_rng(9).uniform(0.5, 1.0, (n, 3))
+    clean = register(MapCloud(terrain), points, guess, config)
+    thrown = register(MapCloud(terrain), np.concatenate([points, strays]), guess, config)
+    np.testing.assert_allclose(thrown.T_target_source, clean.T_target_source, atol=1e-6)
+    assert thrown.overlap == clean.overlap
+    assert thrown.assessment.reason == clean.assessment.reason
+    assert thrown.assessment.basin == pytest.approx(clean.assessment.basin, rel=1e-6)
+
+
+def test_points_of_a_scan_that_are_only_far_do_not_throw_the_verdict(terrain, scan):
+    points, truth, guess = scan
+    strays = np.random.default_rng(9).uniform(-8.0, 8.0, (len(points) // 100, 3)) * REACH
+    result = register(MapCloud(terrain), np.concatenate([points, strays]), guess, CONFIG)
+    degrees, distance = error_of(result.T_target_source, truth)
+    assert degrees < 0.05
+    assert distance < 0.05
+    assert result.assessment.verdict is Verdict.ALIGNED
+    assert result.assessment.basin < 1.0
+
+
 def test_what_is_prepared_ahead_changes_no_bit_and_is_not_made_again(terrain, scan):
     points, _, guess = scan
     fresh = bits_of(register(MapCloud(terrain), points, guess, CONFIG))
