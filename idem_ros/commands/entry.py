@@ -29,35 +29,35 @@ def main():
 
 
 def ended_in_order(run):
-    """Return the exit code of a command line, `run()`; after Ctrl-C end the process with it."""
+    """Return the exit code of a command line, `run()`; end the process where it was interrupted."""
     from idem_ros.terminal import interrupts
 
     try:
         interrupts.listen()
-        code = _code(run, interrupts.came)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
+        code = _code(run, interrupts)
+        interrupts.ignore()
     except KeyboardInterrupt:
-        code = _interrupted()
+        code = _interrupted(interrupts)
     if code == INTERRUPTED:
-        interrupts.end(code)
+        interrupts.end()
     return code
 
 
-def _code(run, came):
+def _code(run, interrupts):
     try:
         code = run()
     except SystemExit as ended:
         code = ended.code
     except BaseException:
-        if not came():
+        if not interrupts.came():
             raise
-        return _interrupted()
+        return _interrupted(interrupts)
     # where the interrupt was swallowed, the command did all it was to do, or says so itself
-    return _interrupted() if came() and code != INTERRUPTED else code
+    return _interrupted(interrupts) if interrupts.came() and code != INTERRUPTED else code
 
 
-def _interrupted():
-    os.write(2, b'idem: interrupted\n')
+def _interrupted(interrupts):
+    os.write(2, f'{interrupts.line()}\n'.encode())
     return INTERRUPTED
 
 

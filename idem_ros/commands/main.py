@@ -31,7 +31,7 @@ from idem_ros.commands import map as map_  # the builtin is in use here
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.core.exceptions import IdemError
 from idem_ros.terminal.command_line import CommandLine
-from idem_ros.terminal.interrupts import came
+from idem_ros.terminal import interrupts
 from idem_ros.terminal.printable import ShownStream, message_line
 
 COMMANDS = (
@@ -118,8 +118,8 @@ def _refuse_empty(parser, args):
 
 def _ended_by(error, prog):
     """Say in one line what ended a command, and return its exit code; None: a mistake of ours."""
-    if isinstance(error, KeyboardInterrupt) or came():
-        print(f'{prog}: interrupted', file=sys.stderr)
+    if isinstance(error, KeyboardInterrupt) or interrupts.came():
+        print(interrupts.line(prog), file=sys.stderr)
         return INTERRUPTED
     if isinstance(error, BrokenPipeError):  # the reader of our output went away: `idem ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,8 @@
-"""Ctrl-C: kept back where work must not be left half done, and one orderly end of a command."""
+"""Ctrl-C and its like: kept back where work must not be left half done, and one orderly end.
+
+What a terminal, a container or a shutdown sends (SIGINT, SIGTERM, SIGHUP) is all the same to the
+work: it stops, and nothing half written stays. Only the exit code tells them apart.
+"""
 
 import os
 import signal
@@ -6,73 +10,94 @@ import sys
 import threading
 from contextlib import contextmanager, suppress
 
+SAID = {
+    signal.SIGINT: 'interrupted',
+    signal.SIGTERM: 'terminated',
+    signal.SIGHUP: 'terminal closed',
+}
+"""What ends a command in order, and what it says then."""
 AGAIN = 0.05  # [s] after which one that was swallowed, or came too early, is sent again
-_came = threading.Event()
+_came: list[int] = []
 
 
 def came():
-    """Return whether Ctrl-C has been pressed since `listen`."""
-    return _came.is_set()
+    """Return whether one of `SAID` has come since `listen`."""
+    return bool(_came)
+
+
+def line(prog='idem'):
+    """Return what a command says at its end, of the first that came."""
+    return f'{prog}: {SAID[_first()]}'
 
 
 def listen():
-    """Take Ctrl-C from here on as a KeyboardInterrupt that is remembered.
+    """Take what is in `SAID` from here on as a KeyboardInterrupt that is remembered.
 
     It is raised between two lines of Python, wherever these are: within a callback of compiled
     code it comes out as another exception, or as none. Therefore `came` is what decides.
     """
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as nohup and a shell's & have it
-        return
-    signal.signal(signal.SIGINT, _interrupt)
+    for signum in SAID:
+        if signal.getsignal(signum) is not signal.SIG_IGN:  # as nohup and a shell's & have it
+            signal.signal(signum, _interrupt)
     sys.unraisablehook = _send_again
 
 
-def end(code):
-    """End the process after Ctrl-C, without the end of the interpreter.
+def ignore():
+    """Take no more of them: nothing is left to interrupt."""
+    for signum in SAID:
+        signal.signal(signum, signal.SIG_IGN)
+
+
+def end():
+    """End the process with 128 and the number of what came, without the end of the interpreter.
 
     That would wait for threads, and take from under others the arrays they still read.
     """
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()
-    os._exit(code)
+    os._exit(128 + _first())
 
 
 @contextmanager
 def held_back():
-    """Keep Ctrl-C back within the block; a second one comes through.
+    """Keep what is in `SAID` back within the block; a second one comes through.
 
     Yields:
-        A function that returns whether it was pressed. What nobody has asked for comes when the
+        A function that returns whether one came. What nobody has asked for comes when the
         block ends.
     """
-    handler = signal.getsignal(signal.SIGINT)
     is_main = threading.current_thread() is threading.main_thread()
-    if not (is_main and callable(handler)):
-        yield lambda: False
-        return
+    found = {signum: signal.getsignal(signum) for signum in SAID} if is_main else {}
+    handlers = {signum: handler for signum, handler in found.items() if callable(handler)}
     received, seen = [], []
 
     def keep(signum, frame):
         if received:
-            handler(signum, frame)
+            handlers[signum](signum, frame)
         received.append(signum)
 
-    def was_pressed():
+    def has_come():
         seen.extend(received)
         return bool(received)
 
-    signal.signal(signal.SIGINT, keep)
+    for signum in handlers:
+        signal.signal(signum, keep)
     try:
-        yield was_pressed
+        yield has_come
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for signum, handler in handlers.items():
+            signal.signal(signum, handler)
         if received and not seen:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(received[0])
+
+
+def _first():
+    return _came[0] if _came else signal.SIGINT
 
 
 def _interrupt(signum, frame):
-    _came.set()
+    _came.append(signum)
     if _is_called_by_llvm(frame):
         _send_later()
     else:
@@ -98,6 +123,6 @@ def _send_again(unraisable):
 
 def _send_later():
     main = threading.main_thread().ident
-    timer = threading.Timer(AGAIN, signal.pthread_kill, [main, signal.SIGINT])
+    timer = threading.Timer(AGAIN, signal.pthread_kill, [main, _first()])
     timer.daemon = True
     timer.start()

@@ -60,7 +60,7 @@ MAY_FAIL = 'register', 'align', 'calibrate', 'smooth', 'in a map', 'play', 'demo
 LONGEST = 4.0  # [s] until Ctrl-C; of several moments the first is at the end, and tells how long
 PATIENCE = 30.0  # [s]
 # what a command says on its way; what evaluate says of each recording begins with [
-NOTE = re.compile(r'idem( \w+)?: (?!error: |interrupted)|\[')
+NOTE = re.compile(r'idem( \w+)?: (?!error: |interrupted|terminated|terminal closed)|\[')
 
 
 @pytest.fixture(scope='module')
@@ -108,8 +108,8 @@ def environment_of(name):
     return {**os.environ, **loopback_environment()}
 
 
-def run(folder, arguments, moment=None, to_all=False, env=None):
-    """Run a command, press Ctrl-C at a moment [s]; return (code, lines of stderr)."""
+def run(folder, arguments, moment=None, to_all=False, env=None, signum=signal.SIGINT):
+    """Run a command, send a signal at a moment [s]; return (code, lines of stderr)."""
     child = subprocess.Popen(
         [*IDEM, *arguments],
         cwd=folder,
@@ -124,7 +124,7 @@ def run(folder, arguments, moment=None, to_all=False, env=None):
         _, err = child.communicate(timeout=moment)
     except subprocess.TimeoutExpired:
         # of a terminal it goes to all, by `kill` to one
-        (os.killpg if to_all else os.kill)(child.pid, signal.SIGINT)
+        (os.killpg if to_all else os.kill)(child.pid, signum)
         _, err = child.communicate(timeout=120)
     for _ in range(100):  # the processes of a pool are reaped when their pipes close
         if not processes_of(child.pid):
@@ -164,6 +164,47 @@ def test_ctrl_c_at_any_moment_ends_a_command_in_order(folder, tmp_path, name):
             assert code == 0 or (code == 1 and name in MAY_FAIL), (moment, lines)
             assert 'Traceback' not in str(lines)
         require_whole(out)
+
+
+@pytest.mark.parametrize(
+    ('signum', 'said'),
+    [(signal.SIGTERM, 'idem: terminated'), (signal.SIGHUP, 'idem: terminal closed')],
+)
+@pytest.mark.parametrize('name', ['show', 'smooth', 'simulate'])
+def test_what_is_terminated_leaves_nothing_behind_either(folder, tmp_path, name, signum, said):
+    """As of `docker stop`, a shutdown, or a terminal that is closed."""
+    moment = random.Random(f'{name}{signum}').uniform(0.5, LONGEST)
+    code, lines = run(folder, with_out(COMMANDS[name].split(), tmp_path), moment, signum=signum)
+    if code == 128 + signum:
+        assert [each for each in lines if not NOTE.match(each)] == [said]
+    else:
+        assert code == 0 or (code == 1 and name in MAY_FAIL), (moment, lines)
+    require_whole(tmp_path)
+
+
+@pytest.mark.parametrize('signum', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_half_a_file_and_half_a_folder_go_with_whatever_ends_the_command(tmp_path, signum):
+    script = f"""
+import signal, sys
+from pathlib import Path
+from idem_ros.commands import entry, main
+from idem_ros.files.atomic_file import replacing
+from idem_ros.files.atomic_folder import filling
+
+def run(args):
+    with replacing('a.txt') as file, filling('b') as folder:
+        file.write_text('half')
+        (folder / 'c.txt').write_text('half')
+        signal.raise_signal({signum})
+
+main.register.run = run
+sys.argv = ['idem', 'register', 'a', 'b']
+sys.exit(entry.main())
+"""
+    command = [sys.executable, '-c', script]
+    ended = subprocess.run(command, cwd=tmp_path, stderr=subprocess.DEVNULL, timeout=60)
+    assert ended.returncode == 128 + signum
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_every_command_is_interrupted():
