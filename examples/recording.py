@@ -3,12 +3,14 @@
 python examples/recording.py bags/demo.mcap
 """
 
-import sys
+import argparse
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.replay.run import replay
 
-replayed = replay(sys.argv[1], RegistrationConfig(voxel_size=0.5))
+parser = argparse.ArgumentParser(description='Refine a recording offline.')
+parser.add_argument('recording', help='such as bags/demo.mcap')
+replayed = replay(parser.parse_args().recording, RegistrationConfig(voxel_size=0.5))
 for frame in replayed.frames:
     refinement, error = frame.refinement, frame.error_after()
     verdict = refinement.result.assessment.verdict.value

@@ -5,7 +5,7 @@ Beside them the same scans registered one to the next, whose errors add up aroun
 Run it as `python examples/several_clouds.py`, or with a name for a picture of before and after.
 """
 
-import sys
+import argparse
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -55,6 +55,9 @@ def chain(clouds, starts):
 
 def main():
     """Print the overlap graph, and how far both ways end from the truth."""
+    parser = argparse.ArgumentParser(description='Register ten scans at once.')
+    parser.add_argument('picture', nargs='?', help='.png of before and after to write')
+    picture = parser.parse_args().picture
     rng = np.random.default_rng(4)
     clouds, truth = ring(rng)
     starts = np.array([T if k == 0 else off(T, 2.0, 0.002, rng) for k, T in enumerate(truth)])
@@ -69,10 +72,10 @@ def main():
         print(f'{name}: off by {np.degrees(np.mean(errors[1:])):.4f} deg in the mean')
     sigmas = np.sqrt(np.diag(result.covariance)[6:].reshape(-1, 6)[:, 3:])
     print(f'standard deviations promised: {np.degrees(sigmas.mean()):.4f} deg an axis')
-    if len(sys.argv) > 1:
+    if picture:
         from idem_ros.report.clouds_picture import draw_clouds
 
-        draw_clouds(sys.argv[1], clouds, starts, result.poses)
+        draw_clouds(picture, clouds, starts, result.poses)
 
 
 if __name__ == '__main__':

@@ -3,16 +3,19 @@
 python examples/sweeps.py bags/fast.mcap
 """
 
-import sys
+import argparse
 
 import numpy as np
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.replay.run import replay
 
+parser = argparse.ArgumentParser(description='Refine a drive whose points have their times.')
+parser.add_argument('recording', help='with the true poses, such as bags/fast.mcap')
+recording = parser.parse_args().recording
 for motion in ('none', 'solve'):
     config = RegistrationConfig(voxel_size=0.5, motion=motion)
-    replayed = replay(sys.argv[1], config)
+    replayed = replay(recording, config)
     off = np.median([frame.error_after().translation_m for frame in replayed.frames])
     moved = np.median([frame.refinement.result.moved for frame in replayed.frames])
     print(f'motion {motion}: {1e3 * off:.1f} mm off; points moved by {moved:.2f} m')

@@ -2,14 +2,18 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import (
     CLOUD_KINDS,
     add_columns_option,
     add_config_options,
     config_from,
 )
-from idem_ros.commands.output_names import require_ending, require_matplotlib
+from idem_ros.commands.output_names import (
+    require_ending,
+    require_matplotlib,
+    require_outputs,
+)
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 
 WITHOUT = ('motion', 'motion_reference')
@@ -104,7 +108,6 @@ def _draw(path, clouds, starts, poses):
 
 
 def _check_outputs(args):
-    from idem_ros.files.atomic_file import require_writable
     from idem_ros.files.pose_list_file import SUFFIXES
 
     if args.out:
@@ -112,18 +115,8 @@ def _check_outputs(args):
     if args.picture:
         require_ending('--picture', args.picture, ['.png'])
         require_matplotlib('the pictures')
-    for out in filter(None, (args.out, args.picture)):
-        _refuse_inputs_as_output(args, out)
-        require_writable(out)
-
-
-def _refuse_inputs_as_output(args, out):
-    place = Path(out).resolve()
-    for file in (*args.clouds, args.poses):
-        if file and Path(file).resolve() == place:
-            raise UsageError(f'{out} is to be written and is an input, which would be lost')
-    if args.out and args.picture and Path(args.out).resolve() == Path(args.picture).resolve():
-        raise UsageError(f'--out and --picture are both {out}')
+    outputs = ('--out', args.out), ('--picture', args.picture)
+    require_outputs(args, outputs, [*args.clouds, args.poses])
 
 
 def closures(result, clouds):

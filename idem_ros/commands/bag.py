@@ -10,7 +10,10 @@ from idem_ros.commands.options import (
     add_config_options,
     config_from,
 )
-from idem_ros.commands.output_names import require_ending
+from idem_ros.commands.output_names import (
+    require_ending,
+    require_outputs,
+)
 from idem_ros.refinement.point_time_config import PointTimeConfig
 
 KITTI_COLUMNS = 4  # x y z intensity, in every sequence
@@ -67,12 +70,11 @@ def add_parser(subparsers):
 
 def run(args):
     """Read everything lazily, write the recording."""
-    from idem_ros.files.atomic_file import require_writable
-
     is_folder = Path(args.target).is_dir()
     (_check_folder if is_folder else _check_files)(args)
     require_ending('--out', args.out, ['.mcap'])
-    require_writable(args.out)
+    inputs = [args.trajectory, *args.guess, *args.truth, *args.sources]
+    require_outputs(args, [('--out', args.out)], inputs if is_folder else [args.target, *inputs])
     print((_write_folder if is_folder else _write_files)(args))
     return OK
 

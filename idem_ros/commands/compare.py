@@ -17,6 +17,9 @@ interval, and whether B is
 Below, what became of all sources of each: frames, refused, dropped, without a
 partner, and the verdicts; medians do not show what was lost.
 
+Settings and versions that the two were made with and that differ are listed before:
+an audit, which moves nothing, or odometry, which has no map, is another task.
+
 Less is better in all of the measures. The interval is that of the sign test: exact, whatever
 the distribution, if frames are independent. q_tot compares within one radius and one
 length_scale only: frames of another radius are left out of it. A significant
@@ -51,7 +54,7 @@ def run(args):
 
 
 def _text(a, b, comparison):
-    from idem_ros.results.comparison import MEASURES
+    from idem_ros.results.comparison import MEASURES, differing_settings
     from idem_ros.terminal.markdown import number, table
 
     lines = [
@@ -61,6 +64,8 @@ def _text(a, b, comparison):
         f'{comparison.only_b} only in B',
         '',
     ]
+    if otherwise := differing_settings(a, b):
+        lines.append(table(['made with', 'A', 'B'], otherwise, left=3))
     rows = [
         (
             MEASURES[d.measure],
@@ -89,10 +94,11 @@ def _json(a, b, comparison):
     import json
     from dataclasses import asdict
 
-    from idem_ros.results.comparison import tally
+    from idem_ros.results.comparison import differing_settings, tally
 
     record = {
         **{name: {'path': r.path, 'bag': r.bag} for name, r in (('a', a), ('b', b))},
+        'settings': {name: {'a': x, 'b': y} for name, x, y in differing_settings(a, b)},
         'sources': {'a': tally(a), 'b': tally(b)},
         'frames': {name: getattr(comparison, name) for name in ('shared', 'only_a', 'only_b')},
         'differences': [{**asdict(d), 'verdict': d.verdict.value} for d in comparison.differences],

@@ -29,7 +29,7 @@ def main():
 
 
 def ended_in_order(run):
-    """Return the exit code of a command line, `run()`; end the process where it was interrupted."""
+    """Return the exit code of a command line; end the process where it was interrupted."""
     from idem_ros.terminal import interrupts
 
     try:

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.output_names import require_outputs
 from idem_ros.core.exceptions import IdemError
 from idem_ros.terminal.printable import printable
 
@@ -62,14 +63,12 @@ def add_parser(subparsers):
 
 def run(args):
     """Check, print, write; the exit code is the verdict."""
-    from idem_ros.files.atomic_file import require_writable
     from idem_ros.results.gate import BadRules, findings, read_rules
     from idem_ros.results.junit import write_junit, write_junit_error
     from idem_ros.results.result_file import read_result
 
     _refuse_files_named_twice(args)
-    if args.junit:
-        require_writable(args.junit)
+    require_outputs(args, [('--junit', args.junit)], [*args.results, args.rules])
     try:
         rules = read_rules(args.rules)
         results = [read_result(path) for path in args.results]
@@ -91,10 +90,6 @@ def _refuse_files_named_twice(args):
     resolved = {Path(file).resolve() for file in files}
     if len(resolved) < len(files):
         raise UsageError(f'among {", ".join(files)} a file is named twice; each must be its own')
-    if args.junit and Path(args.junit).resolve() in resolved:
-        raise UsageError(
-            f'--junit is {args.junit}, which would replace an input; name another file'
-        )
 
 
 def _lines(found):

@@ -1,7 +1,5 @@
 """`idem register`: refine the pose of one cloud file in the frame of another."""
 
-from pathlib import Path
-
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import (
     CLOUD_KINDS,
@@ -9,6 +7,7 @@ from idem_ros.commands.options import (
     add_config_options,
     config_from,
 )
+from idem_ros.commands.output_names import require_outputs
 from idem_ros.refinement.motion_record import motion_record
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
@@ -43,7 +42,6 @@ def add_parser(subparsers):
 def run(args):
     """Register, print and write."""
     from idem_ros.core import Cloud, register
-    from idem_ros.files.atomic_file import require_writable
     from idem_ros.files.pose_file import read_pose, write_pose
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
@@ -51,9 +49,7 @@ def run(args):
         raise UsageError(
             f'--motion is {config.motion}, which two files do not tell; solve finds it'
         )
-    if args.out:
-        _refuse_inputs_as_output(args)
-        require_writable(args.out)
+    require_outputs(args, [('--out', args.out)], [args.target, args.source, args.guess])
     guess = read_pose(args.guess) if args.guess else None
     target, _ = _read(args, args.target, config, preprocessing, is_target=True)
     source, times = _read(args, args.source, config, preprocessing)
@@ -77,13 +73,6 @@ def _read(args, file, config, preprocessing, is_target=False):
     except InvalidCloud as error:
         raise InvalidCloud(f'{file}: {error}') from error
     return kept.points, None if times is None else times[kept.kept]
-
-
-def _refuse_inputs_as_output(args):
-    out = Path(args.out).resolve()
-    for file in (args.target, args.source, args.guess):
-        if file and Path(file).resolve() == out:
-            raise UsageError(f'--out is {args.out}, an input; a pose there would replace it')
 
 
 def _json(args, result, motion):

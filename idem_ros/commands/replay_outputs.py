@@ -6,7 +6,7 @@ from tempfile import TemporaryFile
 from typing import NamedTuple
 
 from idem_ros.commands.exit_codes import UsageError
-from idem_ros.commands.output_names import require_ending
+from idem_ros.commands.output_names import require_ending, require_outputs
 
 
 class Outputs(NamedTuple):
@@ -29,12 +29,12 @@ def outputs_for(args, inputs, methods):
 
     Args:
         args: with `json`, `out`, `clouds` and `tum`.
-        inputs: files that no output may replace; the first is the recording.
+        inputs: files and folders that no output may replace or lie in.
         methods: one, whose files are named as given, or several, each of which has files of its
             own: result.json becomes result.gicp.json.
 
     Raises:
-        UsageError: a name that does not do, or twice the same.
+        UsageError: a name that does not do, see `require_outputs`.
         UnwritableFile: a place where nothing can be written.
     """
     if args.out:
@@ -46,7 +46,7 @@ def outputs_for(args, inputs, methods):
     if several and given.json == '-':
         raise UsageError(f'--json is -, but {len(methods)} methods need a file each; name one')
     each = [_of_method(given, method) if several else given for method in methods]
-    _refuse_collisions(inputs, each)
+    require_outputs(args, [named for outputs in each for named in outputs.files], inputs)
     return each
 
 
@@ -86,30 +86,6 @@ def _of_method(given, method):
         return file and str(Path(file).with_suffix(f'.{method}{Path(file).suffix}'))
 
     return Outputs(*map(named, given))
-
-
-def _refuse_collisions(inputs, outputs):
-    from idem_ros.files.atomic_file import require_writable
-
-    read = {Path(file).resolve(): file for file in inputs}
-    bag, written = Path(inputs[0]).resolve(), {}
-    for option, file in (named for each in outputs for named in each.files):
-        require_writable(file)  # as it is named: /dev/stdout may lead to a file
-        path = Path(file).resolve()
-        if path in read:
-            raise UsageError(
-                f'{option} is {file}, which would replace the input {read[path]}; '
-                'name another file'
-            )
-        if bag in path.parents:
-            raise UsageError(
-                f'{option} is {file}, within the recording {inputs[0]}; name a file outside of it'
-            )
-        if path in written:
-            raise UsageError(
-                f'{written[path]} and {option} {file} are one file; name a file for each'
-            )
-        written[path] = f'{option} {file}'
 
 
 def _write_tum(file, replayed):

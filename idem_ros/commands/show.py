@@ -4,7 +4,12 @@ import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.output_names import require_ending, require_matplotlib, require_rerun
+from idem_ros.commands.output_names import (
+    require_ending,
+    require_matplotlib,
+    require_outputs,
+    require_rerun,
+)
 
 DESCRIPTION = """\
 Write one HTML page on one frame of RESULT: both clouds in 3D, coloured by cloud or by
@@ -58,11 +63,10 @@ def run(args):
         writers[args.rerun] = _write_rerun
     if not writers:
         raise UsageError('nothing to write; name a page with --out, or a recording with --rerun')
-    from idem_ros.files.atomic_file import replacing, require_writable
+    from idem_ros.files.atomic_file import replacing
     from idem_ros.report.shown_frame import shown_frame
 
-    for file in writers:
-        require_writable(file)
+    require_outputs(args, [('--out', args.out), ('--rerun', args.rerun)], [args.result])
     scene = shown_frame(args.result, args.frame, args.recordings_under)
     for file, write in writers.items():
         with replacing(file) as temporary:

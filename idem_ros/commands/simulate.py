@@ -3,7 +3,10 @@
 import math
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.output_names import require_ending
+from idem_ros.commands.output_names import (
+    require_ending,
+    require_outputs,
+)
 
 SCANS, MAP_POINTS, SEED = 21, 80_000, 0
 EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town
@@ -69,7 +72,6 @@ def run(args):
 
     import numpy as np
 
-    from idem_ros.files.atomic_file import require_writable
     from idem_ros.recording.writer import write_mcap
     from idem_ros.simulation.recording import drive_messages, moving_messages
 
@@ -83,7 +85,7 @@ def run(args):
         raise UsageError('--extent is of a map: give --map city, too')
     require_ending('--out', args.out, ['.mcap'])
     motion = _motion(args)
-    require_writable(args.out)
+    require_outputs(args, [('--out', args.out)])
     rng = np.random.default_rng(args.seed)
     scene = getattr(import_module(f'idem_ros.simulation.{args.scene}'), args.scene)(rng)
     if args.lidars is not None:

@@ -4,6 +4,7 @@ import argparse
 
 from idem_ros.commands.exit_codes import OK
 from idem_ros.commands.options import add_max_chunk
+from idem_ros.commands.output_names import require_outputs
 from idem_ros.terminal.printable import counted
 
 DESCRIPTION = """\
@@ -38,13 +39,12 @@ def add_parser(subparsers):
 
 def run(args):
     """Read, chain where they are relative, write, say what was assumed."""
-    from idem_ros.files.atomic_file import require_writable
     from idem_ros.files.pose_file import write_tum
     from idem_ros.recording.part import MAX_CHUNK
     from idem_ros.recording.reader import open_recording
     from idem_ros.replay.recorded_truth import read_truth
 
-    require_writable(args.out)
+    require_outputs(args, [('--out', args.out)], [args.bag])
     with open_recording(args.bag, getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
         trajectory, notes = read_truth(recording, args.truth_topic, args.source_topic)
     write_tum(args.out, trajectory.stamps, trajectory.poses)

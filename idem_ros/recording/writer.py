@@ -1,11 +1,14 @@
 """Write a bare MCAP that rosbag2, Foxglove and rosbags open, the same bytes every time."""
 
+import struct
 from itertools import chain
 
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from idem_ros.files.atomic_file import replacing
-from idem_ros.recording.embedded import piece_name
+from idem_ros.recording.embedded import MAGIC, piece_name
 from idem_ros.recording.messages import typestore
 
 LIBRARY = 'idem_ros'  # the default names the version of the mcap package: not reproducible
@@ -60,6 +63,18 @@ def write_mcap(path, messages, metadata=None, attachments=None):
         for name, (media_type, content) in (attachments or {}).items():
             _attach(writer, name, media_type, content)
         writer.finish()
+
+
+def is_foreign(path):
+    """Return whether a file is an MCAP, whole or cut off, that `write_mcap` did not write."""
+    with path.open('rb') as stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            return False
+        stream.seek(0)
+        try:
+            return make_reader(stream).get_header().library != LIBRARY
+        except (McapError, ValueError, struct.error):  # of a header that is damaged
+            return True
 
 
 def _attach(writer, name, media_type, content):

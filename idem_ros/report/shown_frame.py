@@ -1,13 +1,9 @@
 """A frame of a result to look at: its clouds found again, registered again as then."""
 
-from dataclasses import replace
-
-import numpy as np
-
 from idem_ros.core import IdemError
-from idem_ros.replay.clouds_again import clouds_of, settings_of
+from idem_ros.replay.clouds_again import clouds_of
 from idem_ros.report.runs import read_runs
-from idem_ros.report.worst_frames import worst
+from idem_ros.report.worst_frames import config_of, poses_of, worst
 from idem_ros.viewer.scene import scene_of
 
 
@@ -37,9 +33,7 @@ def shown_frame(path, number=None, under=None):
     if 'T_guess' not in frame:
         raise NothingToShow(f'{path} does not say where frame {number} started')
     for _, target, source in clouds_of(run.result, [number], under):
-        config = settings_of(run.result).config
-        if 'voxel_size' in frame:  # what "auto" was
-            config = replace(config, voxel_size=frame['voxel_size'])
         title = f'{run.name}, frame {number}'
-        return scene_of(title, target, source, np.array(frame['T_guess']), config)
+        T_guess, T_found = poses_of(frame)
+        return scene_of(title, target, source, T_guess, config_of(run.result, frame), T_found)
     raise NothingToShow(f'{run.result.bag} holds no clouds of frame {number}')

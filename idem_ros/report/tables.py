@@ -98,7 +98,7 @@ def before_and_after(runs: list[Run]):
 
 def parameters(runs):
     """Return how each run was made, where its result says so: a column a run."""
-    records = [_made_by(run.result) for run in runs]
+    records = [run.result.settings() for run in runs]
     names = dict.fromkeys(name for record in records for name in record)
     rows = [(name, *(record.get(name) for record in records)) for name in names]
     return Table(('setting', *(run.name for run in runs)), rows)
@@ -156,26 +156,6 @@ def csv_text(table):
 def _statuses(result):
     found = Counter(str(frame.get('status', 'unknown')) for frame in result.frames)
     return ', '.join(f'{count} {status}' for status, count in found.most_common())
-
-
-def _made_by(result):
-    """Return {setting: text}; what is in a group is named after it, but for the parameters."""
-    groups = dict(result.made_by or {})
-    record = dict(groups.pop('parameters', None) or {})
-    for group, value in groups.items():
-        if isinstance(value, dict):
-            record.update({f'{group}.{name}': each for name, each in value.items()})
-        else:
-            record[group] = value
-    return {name: _text(value) for name, value in record.items()}
-
-
-def _text(value):
-    if value is None:
-        return 'none'
-    if isinstance(value, list):
-        return ', '.join(map(_text, value))
-    return value if isinstance(value, str) else json.dumps(value)
 
 
 def _percentiles(values, percents):

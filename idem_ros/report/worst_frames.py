@@ -10,11 +10,13 @@ from matplotlib.ticker import MaxNLocator
 from idem_ros.core import IdemError
 from idem_ros.refinement.q_tot_slice import slice_around
 from idem_ros.replay.clouds_again import clouds_of, settings_of
-from idem_ros.viewer.clouds_view import CloudsView, view_of
+from idem_ros.replay.settings import IDEM
+from idem_ros.viewer.clouds_view import CloudsView
 from idem_ros.viewer.figures import STYLE, saved_as
+from idem_ros.viewer.scene import seen_again
 
 SHOWN = 10
-MOST_POINTS, MOST_OF_ALL = 12_000, 240_000  # of a cloud in 3D, and of all on the page
+MOST_POINTS, MOST_OF_ALL = 10_000, 200_000  # of a cloud in 3D, and of all on the page
 STEPS = 17  # of a slice of q_tot, along each axis
 THREADS = 2
 SIZE = (4.1, 3.7)  # [in]
@@ -73,6 +75,22 @@ def draw(runs, orders, progress=lambda steps, total: steps, under=None):
     return dict(progress(_drawn(runs, orders, under, most), total))
 
 
+def config_of(result, frame):
+    """Return the `RegistrationConfig` to see a frame with: a pose of others is audited."""
+    config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
+    if result.record.get('method', IDEM) != IDEM:
+        config = replace(config, mode='audit')
+    if 'voxel_size' in frame:  # what "auto" was
+        config = replace(config, voxel_size=frame['voxel_size'])
+    return config
+
+
+def poses_of(frame):
+    """Return the guess of a frame and where it ended, (4, 4) each; None: unknown."""
+    poses = (frame.get(name) for name in ('T_guess', 'T_target_source'))
+    return [None if pose is None else np.array(pose) for pose in poses]
+
+
 def draw_slice(slice_, guess):
     """Return a figure of a `QTotSlice`; `guess` is the (2,) shift of the initial guess."""
     figure = Figure(SIZE)  # fixed boxes: to lay out each figure takes as long as to draw it
@@ -106,16 +124,14 @@ def _drawn(runs, orders, under, most):
 
 def _pictures(result, i, target, source, most):
     frame = result.frames[i]
-    if not ('T_guess' in frame and 'T_target_source' in frame):
+    T_guess, T_refined = poses_of(frame)
+    if T_guess is None or T_refined is None:
         return Pictures({}, 'no pictures: the result does not say the poses')
-    T_guess, T_refined = (np.array(frame[name]) for name in ('T_guess', 'T_target_source'))
-    view = view_of(target, source, (T_guess, T_refined), most)
+    config = config_of(result, frame)
+    view, _ = seen_again(target, source, T_guess, config, most, T_refined)
     radius = frame.get('radius') or 0.0
     if not radius:
         return Pictures({}, 'no slice of q_tot: nothing was evaluated', view)
-    config = replace(settings_of(result).config, threads=THREADS)  # the same for any number
-    if 'voxel_size' in frame:  # what "auto" was
-        config = replace(config, voxel_size=frame['voxel_size'])
     slice_ = slice_around(target, source, T_refined, T_guess, radius, config, STEPS)
     with rc_context(STYLE):
         figure = draw_slice(slice_, T_guess[:2, 3] - T_refined[:2, 3])

@@ -100,6 +100,18 @@ def tally(result):
     return {name: result.counts[name] for name in COUNTS} | judged | unjudged
 
 
+def differing_settings(a, b):
+    """Return [(setting, of A, of B)] of what two `Result` were made with otherwise, as texts.
+
+    Where `mode`, `method` or `sequence` is among them the two did not do the same: their
+    errors are of different poses.
+    """
+    of_a, of_b = a.settings(), b.settings()
+    names = [name for name in {**of_a, **of_b} if not name.startswith('input.')]
+    rows = [(name, of_a.get(name, '-'), of_b.get(name, '-')) for name in names]
+    return [row for row in rows if row[1] != row[2]] if of_a and of_b else []
+
+
 def _require_same_recording(a, b):
     """Tell recordings apart by their checksums, and by their names where one is not known."""
     inputs = [(each.made_by or {}).get('input') or {} for each in (a, b)]

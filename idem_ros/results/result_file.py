@@ -1,5 +1,6 @@
 """What `idem replay --json` or `--out` wrote, read back: numbers of each frame, and counts."""
 
+import json
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
@@ -15,6 +16,17 @@ STAMPS = ('stamp', 'stamp_ns')
 COUNTS = ('frames', 'refused', 'dropped', 'unpaired')
 PARTS = ('interrupted', *LOSSES)
 """Counts of what is not in a result; those of an earlier version lack them."""
+
+OTHER_KINDS = {
+    'evaluated': 'it sums up an idem evaluate, whose results lie beside it, one a recording',
+    'topics': 'it holds the settings of an idem evaluate, whose results lie beside it',
+    'keyframes': 'it is the record of an idem smooth; idem trajectory compares such',
+    'sensors': 'it is the record of an idem calibrate',
+    'edges': 'it is what idem align prints',
+    'T_target_source': 'it is what idem register prints, of two clouds',
+    'differences': 'it is what idem compare prints',
+}
+"""What else our commands write as JSON, by a key that only it has."""
 
 
 class UnreadableResult(IdemError):
@@ -39,6 +51,17 @@ class Result:
     def made_by(self) -> Any:
         """How it was made, see `provenance.made_by`; None: by a version that did not say."""
         return self.record.get('made_by')
+
+    def settings(self):
+        """Return {setting: text} of `made_by`; of what is in a group, GROUP.NAME."""
+        groups = dict(self.made_by or {})
+        record = dict(groups.pop('parameters', None) or {})
+        for group, value in groups.items():
+            if isinstance(value, dict):
+                record.update({f'{group}.{name}': each for name, each in value.items()})
+            else:
+                record[group] = value
+        return {name: _said(value) for name, value in record.items()}
 
     def numbers(self):
         """Return the names of what frames hold one number of, in the record's order."""
@@ -68,6 +91,14 @@ def read_result(path):
         raise _no_result(path, reason)
     counts = {name: int(record['summary'].get(name, 0)) for name in (*COUNTS, *PARTS)}
     return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts, record)
+
+
+def _said(value):
+    if value is None:
+        return 'none'
+    if isinstance(value, list):
+        return ', '.join(map(_said, value))
+    return value if isinstance(value, str) else json.dumps(value)
 
 
 def _text(path):
@@ -102,7 +133,7 @@ def _what_is_wrong(record):
     from idem_ros.results.result_schema import what_is_wrong
 
     if not (isinstance(record, dict) and {'frames', 'summary'} <= record.keys()):
-        return 'it lacks "frames" or "summary"'
+        return _other_kind(record) or 'it lacks "frames" or "summary"'
     if reason := what_is_wrong(record):
         return reason
     kinds = {}
@@ -112,6 +143,12 @@ def _what_is_wrong(record):
             if value is not None and kinds.setdefault(name, kind) != kind:
                 return f'its frames have {name[:60]!r} as a number and as something else'
     return ''
+
+
+def _other_kind(record):
+    """Return what else a record is that one of our commands wrote; empty: none of these."""
+    names = record.keys() if isinstance(record, dict) else ()
+    return next((said for key, said in OTHER_KINDS.items() if key in names), '')
 
 
 def _no_result(path, reason):

@@ -10,7 +10,7 @@ import sys
 import threading
 from contextlib import contextmanager, suppress
 
-SAID = {
+SAID: dict[int, str] = {
     signal.SIGINT: 'interrupted',
     signal.SIGTERM: 'terminated',
     signal.SIGHUP: 'terminal closed',

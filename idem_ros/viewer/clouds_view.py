@@ -26,7 +26,7 @@ class CloudsView:
     poses: tuple[np.ndarray, ...]
     """(4, 4) source in the moved target frame: at the guess, after each step, and refined."""
     means: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    """(K, 3): what q_tot is of, both clouds at the result, in the moved target frame."""
+    """(K, 3): some of what q_tot is of, both clouds at the result, in the moved target frame."""
     q: np.ndarray = field(default_factory=lambda: np.empty(0))
     """(K,): what each adds to q_tot [nat]."""
     free: np.ndarray = field(default_factory=lambda: np.empty((0, 6)))
@@ -71,14 +71,14 @@ def view_of(target, source, poses, most, found=None, free=()):
     to_middle = np.eye(4)
     to_middle[:3, 3] = -middle
     near = _around(target, source, poses)
-    means, q = ((), ()) if found is None else found
+    means, q = np.split(_sample(np.c_[found] if found else np.empty((0, 4)), 2 * most), [3], 1)
     return CloudsView(
         target=np.asarray(_sample(near, most) - middle, np.float32),
         source=np.asarray(_sample(source, most), np.float32),
         of=(len(near), len(source)),
         poses=tuple(to_middle @ pose for pose in poses),
-        means=np.asarray(np.reshape(means, (-1, 3)) - middle, np.float32),
-        q=np.asarray(q, np.float32),
+        means=np.asarray(means - middle, np.float32),
+        q=np.asarray(q[:, 0], np.float32),
         free=np.reshape(free, (-1, 6)),
     )
 

@@ -1,6 +1,6 @@
 """What a page shows of one registration: points, poses, curves of q_tot, and numbers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,6 +16,7 @@ from idem_ros.refinement.diagnostics import assessment_values
 from idem_ros.viewer.clouds_view import CloudsView, view_of
 
 MOST_POINTS = 100_000  # of each cloud
+SAME = 0.1  # radii within which two results are one
 STEPS = 40  # of a curve, on either side of the result
 REACH = 4.0  # radii that a curve goes at least
 
@@ -52,26 +53,50 @@ class Scene:
         return f'{self.values.get("verdict", "")}: {reason}'.removeprefix(': ')
 
 
-def scene_of(title, target, source, T_guess, config):
+def scene_of(title, target, source, T_guess, config, T_found=None):
     """Register two clouds again, and return the `Scene` of it.
 
     Args:
         title: of the page.
+        target, source, T_guess, config, T_found: see `seen_again`.
+    """
+    view, result = seen_again(target, source, T_guess, config, MOST_POINTS, T_found)
+    return Scene(
+        title=title,
+        view=view,
+        curves=tuple(_curves((Cloud(target), Cloud(source)), T_guess, result, config)),
+        values={name: str(value) for name, value in _values(result).items()},
+    )
+
+
+def seen_again(target, source, T_guess, config, most, T_found=None):
+    """Register two clouds again, and return the `CloudsView` of each step, and the result.
+
+    Args:
         target, source: (N, 3) points that took part.
         T_guess: (4, 4) where the registration started.
         config: `RegistrationConfig`.
+        most: points of each cloud that are shown.
+        T_found: (4, 4) where it ended then; None: unknown. With the mode "audit" in `config`, or
+            where it ends elsewhere today, that pose is judged as it is, without steps to it.
     """
-    clouds = Cloud(target), Cloud(source)
-    result = register(*clouds, T_guess, config)
+    clouds, ends_there = (Cloud(target), Cloud(source)), False
+    if T_found is None or config.mode != 'audit':
+        result = register(*clouds, T_guess, config)
+        T = result.T_target_source
+        ends_there = T_found is None or _apart(T, T_found, source) <= SAME * result.radius
+    if not ends_there:
+        result = register(*clouds, T_found, replace(config, mode='audit'))
     means, q, _ = points_with_q(result, *clouds, config)
     poses = T_guess, *result.path[:-1], result.T_target_source
     free = result.motions[~result.observable]
-    return Scene(
-        title=title,
-        view=view_of(target, source, poses, MOST_POINTS, (means, q), free),
-        curves=tuple(_curves(clouds, T_guess, result, config)),
-        values={name: str(value) for name, value in _values(result).items()},
-    )
+    return view_of(target, source, poses, most, (means, q), free), result
+
+
+def _apart(T_a, T_b, source):
+    """Return how far the farthest of some points are apart at two poses."""
+    moved = transform_points(T_a, source) - transform_points(T_b, source)
+    return float(np.linalg.norm(moved, axis=1).max())
 
 
 def _curves(clouds, T_guess, result, config):

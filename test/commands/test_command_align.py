@@ -77,7 +77,7 @@ def test_a_cloud_that_meets_nothing_is_named_and_the_exit_code_says_so(files, ca
         (['a.npy', 'b.npy', 'copy.npy'], 'the same points as a.npy'),
         (['a.npy', 'b.npy', '--poses', 'starts.txt'], '3 poses for 2 clouds'),
         (['a.npy', 'none.npy'], 'none.npy'),
-        (['a.npy', 'b.npy', '--poses', 'b.tum', '--out', 'b.tum'], 'is an input'),
+        (['a.npy', 'b.npy', '--poses', 'b.tum', '--out', 'b.tum'], 'would replace the input'),
         (['a.npy', 'b.npy', '--out', 'p.xyz'], 'must end in .g2o or .mat or .tum or .txt'),
         (['a.npy', 'b.npy', '--out', 'p'], 'must end in .g2o'),
         (['a.npy', 'b.npy', '--picture', 'x.nonsense'], '--picture is x.nonsense'),

@@ -56,6 +56,47 @@ def test_json_holds_the_same(folder, capsys):
     assert (first['low'], first['high']) == pytest.approx((-0.01, -0.01))
 
 
+def made_with(path, **parameters):
+    record = json.loads(Path(path).read_text())
+    record['made_by'] = {'parameters': parameters, 'sequence': None}
+    Path(path).write_text(json.dumps(record))
+
+
+def test_two_results_of_another_kind_are_told_apart_by_their_settings(folder, capsys):
+    made_with('a.json', mode='refine', voxel_size=0.5, threads=1)
+    made_with('b.json', mode='audit', voxel_size=1.5, threads=1)
+    assert main(['compare', 'a.json', 'b.json']) == 0
+    out = capsys.readouterr().out
+    rows = [line.replace('|', ' ').split() for line in out.splitlines()]
+    assert ['mode', 'refine', 'audit'] in rows
+    assert ['voxel_size', '0.5', '1.5'] in rows
+    assert 'threads' not in out
+    assert main(['compare', 'a.json', 'b.json', '--json']) == 0
+    settings = json.loads(capsys.readouterr().out)['settings']
+    assert settings['mode'] == {'a': 'refine', 'b': 'audit'}
+    assert len(settings) == 2
+
+
+@pytest.mark.parametrize(
+    ('content', 'words'),
+    [
+        ({'evaluated': 2, 'recordings': []}, 'whose results lie beside it'),
+        ({'keyframes': 3, 'relations': []}, 'the record of an idem smooth'),
+        ({'sensors': {}, 'transforms': []}, 'the record of an idem calibrate'),
+        ({'poses': [], 'edges': []}, 'what idem align prints'),
+        ({'T_target_source': []}, 'what idem register prints'),
+        ([1, 2], 'it lacks "frames" or "summary"'),
+    ],
+)
+def test_what_another_command_wrote_is_named(folder, capsys, content, words):
+    Path('b.json').write_text(json.dumps(content))
+    assert main(['compare', 'a.json', 'b.json']) == 1
+    err = capsys.readouterr().err
+    assert words in err
+    assert 'idem replay BAG --json FILE' in err
+    assert err.count('\n') == 1
+
+
 @pytest.mark.parametrize(
     ('argv', 'words'),
     [

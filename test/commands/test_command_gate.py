@@ -90,9 +90,9 @@ def test_a_replay_passes_its_gate(folder, rng, capsys):
         (
             ['a.json', '--junit', './a.json'],
             2,
-            '--junit is ./a.json, which would replace an input',
+            '--junit is ./a.json, which would replace the input',
         ),
-        (['a.json', '--junit', 'rules.yaml'], 2, 'which would replace an input'),
+        (['a.json', '--junit', 'rules.yaml'], 2, 'which would replace the input'),
         (['a.json', '--junit', 'no/gate.xml'], 1, 'the folder'),
     ],
 )

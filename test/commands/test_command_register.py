@@ -186,7 +186,7 @@ def test_an_input_is_never_replaced_by_the_pose(files, capsys, option):
     before = Path(option).read_bytes()
     argv = ['register', 'target.npy', 'source.npy', '--guess', 'guess.txt', '--out', option]
     assert main(argv) == 2
-    assert 'an input' in capsys.readouterr().err
+    assert 'the input' in capsys.readouterr().err
     assert Path(option).read_bytes() == before
 
 

@@ -66,6 +66,14 @@ def test_the_evaluation_in_ci_calls_commands_that_there_are_with_rules_that_can_
     assert read_rules(EXAMPLES / 'gate_rules.yaml')
 
 
+@pytest.mark.parametrize('name', ['recording.py', 'sweeps.py'])
+def test_an_example_that_needs_a_recording_says_so_in_a_line(name):
+    run = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True)
+    assert run.returncode == 2
+    assert 'the following arguments are required: recording' in run.stderr
+    assert 'Traceback' not in run.stderr
+
+
 @pytest.mark.parametrize('path', sorted(EXAMPLES.glob('*.py')), ids=lambda path: path.name)
 def test_each_example_says_how_it_is_run(path):
     assert f'python examples/{path.name}' in path.read_text().split('"""')[1]

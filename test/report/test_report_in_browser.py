@@ -101,6 +101,16 @@ def test_the_clouds_of_the_chosen_frame_are_drawn(browser, address):
     assert 'points' in browser.evaluate("document.querySelector('#viewer .key').textContent")
 
 
+def test_a_worst_frame_has_every_step_of_its_solve_and_q_of_each_point(browser, address):
+    browser.open(address, *DESKTOP)
+    if browser.evaluate("document.getElementById('viewer').classList.contains('flat')"):
+        pytest.skip('this browser has no WebGL, not even in software')
+    assert int(browser.evaluate("document.getElementById('step').max")) > 2
+    assert not browser.evaluate("document.getElementById('by').hidden")
+    browser.evaluate("document.querySelector('input[name=by][value=q]').click()")
+    assert browser.evaluate(COLOURS) > 3  # from blue to red
+
+
 def test_without_webgl_the_chosen_frame_is_shown_from_above(address, tmp_path):
     with open_browser(tmp_path, '--disable-3d-apis') as page:
         page.open(address, *PHONE)

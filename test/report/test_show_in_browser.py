@@ -1,13 +1,23 @@
 import re
 
+import numpy as np
 import pytest
 from browser import COLOURS, open_browser
 from replayed import write_replayed
 
 from idem_ros.report.shown_frame import shown_frame
+from idem_ros.viewer.clouds_view import view_of
 from idem_ros.viewer.page import page as page_of
+from idem_ros.viewer.scene import Scene
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
+RESTED = """
+new Promise(resolve => {
+  const note = document.getElementById('thinned');
+  const look = () => note.textContent ? resolve(true) : setTimeout(look, 20);
+  look();
+})
+"""
 FLAT = "document.getElementById('viewer').classList.contains('flat')"
 
 
@@ -50,6 +60,26 @@ def test_while_the_view_turns_points_may_be_left_out_and_then_all_are_drawn(brow
     assert turned['framesPerSecond'] > 0
     assert 0 < turned['share'] <= 1
     assert browser.evaluate(COLOURS) >= 3
+
+
+def test_who_sees_points_left_out_is_told_how_many_and_why(browser, tmp_path):
+    rng = np.random.default_rng(0)
+    clouds = [rng.uniform(-20, 20, (100_000, 3)) for _ in range(2)]
+    page = tmp_path / 'large.html'
+    view = view_of(*clouds, (np.eye(4), np.eye(4)), 100_000)
+    page.write_text(page_of(Scene('large', view, (), {'status': 'converged'})), encoding='utf-8')
+    browser.open(page.as_uri(), *DESKTOP)
+    if browser.evaluate(FLAT):
+        pytest.skip('this browser has no WebGL, not even in software')
+    turned = browser.evaluate('viewer.turning(1.0)')
+    browser.evaluate(RESTED)
+    said = browser.evaluate("document.getElementById('thinned').textContent")
+    assert browser.evaluate("document.getElementById('thinned').hidden") == (turned['share'] >= 1)
+    assert re.fullmatch(
+        r'While the view turns \d+ % of the points are drawn: a frame of all takes \d+ ms here'
+        r'(, without a graphics processor)?\.',
+        said,
+    )
 
 
 def test_a_browser_without_webgl_shows_pictures(address, tmp_path):
