@@ -89,15 +89,16 @@ class RegistrationResult:
 
 def agreement_at(pair: Pair, balls: Balls, T: Transform) -> tuple[Agreement, float]:
     """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
-    q, reach = np.concatenate(balls.agreement(T, balls.radius), axis=1)
-    sides = reach[: len(balls.of[0])], reach[len(balls.of[0]) :]
+    both = balls.agreement(T, balls.radius, pair.config.assessment != 'none')
+    q, reach = (np.concatenate([side[k] for side in both]) for k in range(2))
+    sides = both[0].reach, both[1].reach
     overlap = overlap_of(*balls.of, T, balls.radius, sides)
     meeting = min(int(np.count_nonzero(side)) for side in sides)
+    found = Agreement(q, reach, meeting, overlap, (both[0].moments, both[1].moments))
     scale = length_unit(pair.config.length_scale, balls.radius)
     if scale == balls.radius:
-        return Agreement(q, reach, meeting, overlap), float(q.sum())
-    q_tot = sum(float(of_each[0].sum()) for of_each in balls.agreement(T, scale))
-    return Agreement(q, reach, meeting, overlap), q_tot
+        return found, float(q.sum())
+    return found, sum(float(side.q.sum()) for side in balls.agreement(T, scale))
 
 
 def result_at(

@@ -1,12 +1,14 @@
 """The balls of one radius around the points of two clouds, and their members from both."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from idem_ros.core.arrays import (
     Floats,
     Indices,
+    MomentRows,
     Point,
     Points,
     RotationMatrix,
@@ -27,6 +29,16 @@ from idem_ros.core.metric.candidates import (
 from idem_ros.core.metric.cloud import Cloud, Neighbourhoods, neighbourhoods
 from idem_ros.core.metric.entropy import differences_at_each, fill_agreement
 from idem_ros.core.metric.moments import TIE
+
+
+class Meeting(NamedTuple):
+    """How the balls of a cloud meet the other cloud at a pose."""
+
+    q: Floats  # (N,): q_i (Eq. 7) of the cloud's points
+    reach: Floats  # (N,): the other's points in reach
+    # (N, 10), in the grid's order: moments of those in the other's own frame; where there are none
+    # the first is 0; (0, 10): they were not asked for
+    moments: MomentRows
 
 
 class Balls:
@@ -111,7 +123,10 @@ class Balls:
         return self._sides
 
     def differences(
-        self, transforms: Transforms, chosen: Sequence[Indices]
+        self,
+        transforms: Transforms,
+        chosen: Sequence[Indices],
+        of_two: Sequence[Indices] | None = None,
     ) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
         """Return q_i (Eq. 7) and the other's points in reach, (n, K) each, for either cloud.
 
@@ -120,22 +135,28 @@ class Balls:
         Args:
             transforms: (K, 4, 4).
             chosen: indices of the target's centres, and of the source's.
+            of_two: (n,) of each of these, the first of the two transforms that it is for, and
+                K = 2; None: it is for all.
         """
         size, back = (self.radius, self.radius), se3.inverses(transforms)
+        here, there = (None, None) if of_two is None else of_two
         return (
-            differences_at_each(self.target, self.source, transforms, *size, chosen[0]),
-            differences_at_each(self.source, self.target, back, *size, chosen[1]),
+            differences_at_each(self.target, self.source, transforms, *size, chosen[0], here),
+            differences_at_each(self.source, self.target, back, *size, chosen[1], there),
         )
 
-    def agreement(self, T_target_source: Transform, scale: float) -> tuple[Floats, Floats]:
-        """Return (q_i, points of the other in reach), (2, N), of every point of either cloud.
+    def agreement(
+        self, T_target_source: Transform, scale: float, moments: bool = False
+    ) -> tuple[Meeting, Meeting]:
+        """Return the `Meeting` of either cloud, with its moments, or without.
 
-        In the order of the cloud's points, each counting once; lengths are over the scale.
+        For q_i and the points in reach each point counts once; lengths are over the scale.
         """
         sides = self.sides(T_target_source)
         motions = zip(*se3.both_ways(T_target_source), strict=True)
         here, there = (
-            self._agreement(*each, scale) for each in zip(self.clouds, sides, motions, strict=True)
+            self._agreement(*each, scale, moments)
+            for each in zip(self.clouds, sides, motions, strict=True)
         )
         return here, there
 
@@ -145,18 +166,19 @@ class Balls:
         side: Side,
         motion: tuple[RotationMatrix, Point],
         scale: float,
-    ) -> Floats:
-        found = np.empty((2, len(centres.order)))  # in the grid's order
-        size = self.r2, scale
+        is_kept: bool,
+    ) -> Meeting:
+        n, size = len(centres.order), (self.r2, scale)
+        found, moments = np.empty((2, n)), np.empty((n if is_kept else 0, 10))
 
         def fill(begin: int, end: int) -> None:
             """Fill a block of the centres."""
-            fill_agreement(side, centres.unit, motion, size, (begin, end), *found)
+            fill_agreement(side, centres.unit, motion, size, (begin, end), found, moments)
 
-        in_blocks(len(centres.order), self.workers, fill)
+        in_blocks(n, self.workers, fill)
         in_order = np.empty_like(found)
         in_order[:, centres.order] = found
-        return in_order
+        return Meeting(*in_order, moments)
 
 
 def _side(centres: Neighbourhoods, others: Neighbourhoods, candidates: Candidates) -> Side:

@@ -56,12 +56,12 @@ def fill_differences(
     grid: Grid,
     weights: Weights,
     chosen: Indices,
-    motions: tuple[Rotations, Points],
+    motions: tuple[Rotations, Points, Indices],
     size: tuple[float, float],
     q: Floats,
     reach: Floats,
 ) -> None:
-    """Eq. 7 at each of K poses: fill q_i and the other cloud's points in reach, (n, K) each.
+    """Eq. 7 at K poses: fill q_i and the other cloud's points in reach, (n, K) each.
 
     Args:
         centres: points (N, 3), and moments (N, 10) of the balls around them in their own cloud,
@@ -69,22 +69,24 @@ def fill_differences(
         grid: the other cloud's `Grid`.
         weights: (1, 7), of which nothing is read.
         chosen: (n,) indices of centres.
-        motions: R (K, 3, 3) and t (K, 3) that take the other's frame to that of the centres.
+        motions: R (L, 3, 3) and t (L, 3) that take the other's frame to that of the centres, and
+            which is the first of the K of each centre (n,).
         size: squared radius, and what lengths are divided by.
     """
-    (points, own), (R, t), (r2, scale) = centres, motions, size
+    (points, own), (R, t, begin), (r2, scale) = centres, motions, size
     found, rows = room_for(grid)
     for c in range(chosen.shape[0]):
         p, alone = point_of(points, chosen[c]), row_of(own, chosen[c])
         h = entropy(alone, scale)
-        for k in range(R.shape[0]):
-            x = into_frame(p, R[k], t[k])
+        for k in range(q.shape[1]):
+            at = begin[c] + k
+            x = into_frame(p, R[at], t[at])
             n = neighbours(x[0], x[1], x[2], grid, r2, found, rows)
             reach[c, k] = n
             q[c, k] = 0.0
             if n > 0:
                 m, _ = ball_moments(x, grid.points, weights, found, np.uint64(0), n, r2)
-                q[c, k] = entropy(plus(alone, rotated(R[k], m)), scale) - h
+                q[c, k] = entropy(plus(alone, rotated(R[at], m)), scale) - h
 
 
 @kernel
@@ -94,8 +96,8 @@ def fill_agreement(
     motion: tuple[RotationMatrix, Point],
     size: tuple[float, float],
     span: tuple[int, int],
-    q: Floats,
-    reach: Floats,
+    found: Floats,
+    met: MomentRows,
 ) -> None:
     """Eq. 7 at one pose: fill q_i and the other cloud's points in reach, of centres of a span.
 
@@ -107,26 +109,34 @@ def fill_agreement(
         motion: R (3, 3) and t (3,) that take the other's frame to that of the centres.
         size: squared radius, and what lengths are divided by.
         span: (begin, end) of the centres.
-        q: (N,), of which those of the span are filled.
-        reach: (N,) likewise.
+        found: (2, N): q_i and points in reach, of which those of the span are filled.
+        met: (N, 10) likewise: moments of the other cloud's points in reach, in its own
+            frame; or (0, 10): they are not kept.
     """
     ((centres, _), (points, weights, first, member)), (R, t), (r2, scale) = side, motion, size
-    cube = scale * scale * scale
+    cube, is_kept = scale * scale * scale, len(met) > 0
     unit_of_det = TWO_PI_E_CUBED / (cube * cube)
     for i in range(span[0], span[1]):
-        q[i] = reach[i] = 0.0
+        found[0, i] = found[1, i] = 0.0
+        if is_kept:
+            met[i, 0] = 0.0
         if first[i] == first[i + 1]:
             continue
         x = into_frame(point_of(centres, i), R, t)
         begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
-        m, _ = ball_moments(x, points, weights, member, begin, end, r2)
+        if is_kept:
+            m, weighed = ball_moments(x, points, weights, member, begin, end, r2)
+            for c in range(10):
+                met[i, c] = weighed[c]
+        else:  # once more: here the compiler leaves out what is not kept
+            m, _ = ball_moments(x, points, weights, member, begin, end, r2)
         if m[0] == 0.0:
             continue
-        reach[i] = m[0]
+        found[1, i] = m[0]
         alone = row_of(unit, i)
         det = unit_of_det * _determinant_of(alone)
         more = unit_of_det * _determinant_of(plus(alone, rotated(R, m))) - det
-        q[i] = 0.5 * np.log1p(more / (1.0 + det))  # one logarithm for the difference of two
+        found[0, i] = 0.5 * np.log1p(more / (1.0 + det))  # one logarithm for the difference of two
 
 
 @inlined
@@ -159,6 +169,7 @@ def differences_at_each(
     radius: float,
     scale: float,
     chosen: Indices | None = None,
+    of_two: Indices | None = None,
 ) -> tuple[Floats, Floats]:
     """Return what `fill_differences` does, (n, K) each: q_i and the other's points in reach.
 
@@ -168,11 +179,15 @@ def differences_at_each(
         radius: of the balls, that of the neighbourhoods.
         scale: what lengths are divided by.
         chosen: (n,) indices of centres; None: all.
+        of_two: (n,) the first of the two transforms that each of these is for, and K = 2; None:
+            it is for all.
     """
     chosen = np.arange(len(centres.order)) if chosen is None else np.ascontiguousarray(chosen)
+    count = len(transforms) if of_two is None else 2
+    begin = np.zeros(len(chosen), np.int64) if of_two is None else of_two
     R, t = transforms[:, :3, :3], transforms[:, :3, 3]
-    motions = np.ascontiguousarray(R), np.ascontiguousarray(t)
-    q, reach = np.empty((2, len(chosen), len(transforms)))
+    motions = np.ascontiguousarray(R), np.ascontiguousarray(t), begin
+    q, reach = np.empty((2, len(chosen), count))
     size = radius * radius * TIE, scale
     own = centres.grid.points, centres.unit
     fill_differences(own, others.grid, AS_MEASURED, chosen, motions, size, q, reach)

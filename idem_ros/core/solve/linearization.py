@@ -11,9 +11,11 @@ from typing import TypeAlias
 import numpy as np
 
 from idem_ros.core.arrays import (
+    Centres,
     Floats,
     Indices,
     Integer,
+    MomentRows,
     Moments,
     Points,
     RotationMatrix,
@@ -32,6 +34,7 @@ from idem_ros.core.metric.moments import (
     plus,
     point_of,
     rotated,
+    row_of,
 )
 from idem_ros.core.solve.ball_cost import (
     BallCost,
@@ -94,6 +97,41 @@ def linearize(
                 _add(balls, n, R, cost, its_sums[g])
                 n, g = np.int64(0), its_group[i]
             _put(balls, n, p, own[i], m)
+            n += 1
+        _add(balls, n, R, cost, its_sums[g])
+
+
+@kernel
+def linearize_met(
+    centres: Sequence[Centres],
+    met: Sequence[MomentRows],
+    motions: tuple[Rotations, Points],
+    cost: BallCost,
+    chosen: Sequence[Indices],
+    group: Sequence[Indices],
+    sums: Sequence[Floats],
+) -> None:
+    """Do as `linearize`, where the members across are added up already.
+
+    Args:
+        centres: of the target and of the source, as in `Balls.sides`.
+        met: (N, 10) moments of the other cloud's points in each ball, in its own frame, likewise.
+        motions, cost, chosen, group, sums: as for `linearize`.
+    """
+    balls = np.empty((ROWS, TOGETHER))
+    for s in range(2):
+        (points, own), its_met = centres[s], met[s]
+        R, its_group, its_sums = motions[0][s], group[s], sums[s]
+        n, g = np.int64(0), np.int64(0)
+        i: int
+        for i in chosen[s]:
+            m = row_of(its_met, i)
+            if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
+                continue
+            if n == TOGETHER or its_group[i] != g:
+                _add(balls, n, R, cost, its_sums[g])
+                n, g = np.int64(0), its_group[i]
+            _put(balls, n, point_of(points, i), own[i], m)
             n += 1
         _add(balls, n, R, cost, its_sums[g])
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Matrix6, Point, Points, Transform, Twist
+from idem_ros.core.arrays import Floats, Matrix6, MomentRows, Point, Points, Transform, Twist
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
@@ -20,7 +20,7 @@ from idem_ros.core.solve.pair import LEAST_POINTS, Pair
 from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
-from idem_ros.core.trust.contrast import contrast_along
+from idem_ros.core.trust.contrast import contrasts_along
 from idem_ros.core.trust.covariance import by_region, covariance_of, of_model
 from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariance_in_motion
 from idem_ros.core.trust.observability import Observability
@@ -55,6 +55,8 @@ class Agreement(NamedTuple):
     reach: Floats  # (N + M,): points of the other cloud in reach
     meeting: int  # points of a cloud that have one, at the least
     overlap: Overlap  # shares of points that have one
+    # (N, 10) and (M, 10): of a `Meeting`, the target's and the source's
+    moments: tuple[MomentRows, MomentRows]
 
 
 def assess(
@@ -80,7 +82,7 @@ def assess(
     balls, trust = cost.balls, pair.trust
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, _separated(given, T_guess, balls.radius))
-    total, both, told = _pull_and_covariance(pair, descent, observability)
+    total, both, told = _pull_and_covariance(pair, descent, agreement, observability)
     covariance = both[:6, :6]
     discord, near_discord = _discord(balls, agreement, T)
     seen = _Seen(
@@ -117,7 +119,7 @@ def assess(
 
 
 def _pull_and_covariance(
-    pair: Pair, descent: Descent, observability: Observability
+    pair: Pair, descent: Descent, agreement: Agreement, observability: Observability
 ) -> tuple[Linearization, Floats, str]:
     """Return gradient and matrix, the covariance, and what residuals tell.
 
@@ -127,7 +129,7 @@ def _pull_and_covariance(
     assert cost is not None, 'a pose is judged by its cost'
     more = pair.trust.alike * (pair.trust.jumps if pair.sampling.jumps else 1.0)
     if descent.moving is None:
-        found = by_region(cost, T, observability)
+        found = by_region(cost, T, observability, agreement.moments)
         pulls, stiffness, _ = found
         covariance = covariance_of(cost, T, observability, pulls, stiffness)
         held, radius = observability.held, cost.balls.radius
@@ -208,10 +210,13 @@ def _meeting(
 
 def _least_contrast(balls: Balls, T: Transform, observability: Observability, q: Floats) -> float:
     """Return the least rise of q_mean where surfaces that determine a motion move by a radius."""
-    of_each = (observability.determined_by(k) for k in np.flatnonzero(observability.observable))
+    of_each = observability.determined()
+    if not of_each:
+        return 0.0
+    motions, holders = zip(*of_each, strict=True)
     of_points = q[: len(balls.of[0])], q[len(balls.of[0]) :]
-    rises = [contrast_along(balls, T, *motion, HOLDERS, of_points) for motion in of_each]
-    return min(rises, default=0.0)
+    rises = contrasts_along(balls, T, np.stack(motions, axis=1), holders, HOLDERS, of_points)
+    return float(rises.min())
 
 
 def _step(observability: Observability, gradient: Twist, matrix: Matrix6) -> float:

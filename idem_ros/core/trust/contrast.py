@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Indices, Integers, Transform, Transforms, Twist, Twists
+from idem_ros.core.arrays import Floats, Indices, Integers, Transform, Transforms, Twists
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.entropy import sums_of_each
@@ -29,31 +29,42 @@ def mean_contrast(balls: Balls, T_target_source: Transform, motions: Twists, sam
     return float((q[1:] - q[0]).mean() / within[0]) if within[0] else 0.0
 
 
-def contrast_along(
+def contrasts_along(
     balls: Balls,
     T_target_source: Transform,
-    motion: Twist,
-    holders: Sequence[Indices],
+    motions: Twists,
+    holders: Sequence[tuple[Indices, Indices]],
     sample: int,
-    q: Sequence[Floats],
-) -> float:
-    """Return the lesser rise of q_mean, a radius to either side along a motion, of what holds it.
+    q: tuple[Floats, Floats],
+) -> Floats:
+    """Return the lesser rise of q_mean a radius to either side, (k,), of what holds each motion.
 
     Args:
-        motion: (6,) twist (omega, v) that moves the surfaces by 1.
-        holders: indices of centres of the target, and of the source, that have a neighbour in the
-            other cloud and hold the motion.
+        motions: (6, k) twists (omega, v) that move the surfaces by 1.
+        holders: of each, indices of centres of the target, and of the source, that have a
+            neighbour in the other cloud and hold the motion.
         q: (N,) q_i of the target's points at the pose, and (M,) of the source's.
     """
-    chosen = [_sampled(some, sample) for some in holders]
-    _, *places = _around(T_target_source, balls.radius * motion[:, None])
-    each = balls.differences(np.array(places), chosen)
-    beside = sum((found.sum(axis=0) for found, _ in each), np.zeros(len(places)))
-    here = sum(
-        float(of_all[cloud.order[some]].sum())
-        for of_all, cloud, some in zip(q, balls.clouds, chosen, strict=True)
+    _, *places = _around(T_target_source, balls.radius * motions)
+    here, beside, count = (
+        np.zeros(len(holders)),
+        np.zeros((len(holders), 2)),
+        np.zeros(len(holders)),
     )
-    return float((beside.min() - here) / max(sum(map(len, chosen)), 1))
+    some = [
+        [_sampled(of_side, sample) for of_side in sides] for sides in zip(*holders, strict=True)
+    ]
+    chosen = [np.concatenate(each) for each in some]
+    which = [np.repeat(np.arange(len(each)), [*map(len, each)]) for each in some]
+    found = balls.differences(np.array(places), chosen, [2 * each for each in which])
+    for of_all, cloud, those, of_motion, (rise, _) in zip(
+        q, balls.clouds, chosen, which, found, strict=True
+    ):
+        here += np.bincount(of_motion, of_all[cloud.order[those]], len(holders))
+        count += np.bincount(of_motion, minlength=len(holders))
+        for k in range(2):
+            beside[:, k] += np.bincount(of_motion, rise[:, k], len(holders))
+    return (beside.min(axis=1) - here) / np.maximum(count, 1.0)
 
 
 def sums_at_each(

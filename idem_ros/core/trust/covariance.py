@@ -11,14 +11,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.core.arrays import Floats, Indices, Integers, Matrix6, Points, Transform, Twists
+from idem_ros.core.arrays import (
+    Floats,
+    Indices,
+    Integers,
+    Matrix6,
+    MomentRows,
+    Points,
+    Transform,
+    Twists,
+)
 from idem_ros.core.geometry import se3
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import CandidatePairs
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.solve.groups import in_turn
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import linearize, linearize_met
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
 from idem_ros.core.trust.observability import Observability
 
@@ -42,9 +51,15 @@ class Regions(NamedTuple):
 
 
 def by_region(
-    cost: JointEntropy, T_target_source: Transform, observability: Observability
+    cost: JointEntropy,
+    T_target_source: Transform,
+    observability: Observability,
+    met: Sequence[MomentRows],
 ) -> Regions:
-    """Return the `Regions` of a pose."""
+    """Return the `Regions` of a pose.
+
+    met: moments of the two clouds' `Meeting` there.
+    """
     target, source = (cloud.grid.points for cloud in cost.balls.clouds)
     T = np.ascontiguousarray(T_target_source)
     here, there = regions_of(cost, T, observability, WHOLE)
@@ -54,7 +69,11 @@ def by_region(
     number[some] = np.arange(len(some))
     here, there = number[here], number[there]
     turns = in_turn(here, len(some)), in_turn(there, len(some))
-    pulls, stiffness = linearized(cost, T, turns, (here, there), len(some))
+    sums = tuple(np.zeros((2, len(some), SUMS)))
+    centres = tuple((cloud.grid.points, cloud.own) for cloud in cost.balls.clouds)
+    motions, groups = se3.both_ways(T), (here, there)
+    linearize_met(centres, tuple(met), motions, cost.ball_cost, turns, groups, sums)
+    _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
     return Regions(pulls, stiffness, _middles((target, source), (here, there), T, len(some)))
 
 
@@ -114,10 +133,9 @@ def curved(
 
 def scatter_of(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
     """Return the jackknife's (n, n): the sum over regions of how far the rest would move."""
-    some = stiffness[:, 3, 3] > 0.0
-    rest = np.eye(firm.shape[1]) - LEVERAGE * (firm.T @ stiffness[some] @ firm)
-    moves = np.linalg.solve(rest, (pulls[some] @ roots)[:, :, None])[:, :, 0] @ roots.T
-    return moves.T @ moves
+    n = firm.shape[1]
+    shares, along = (firm.T @ stiffness @ firm).reshape(-1, n * n), pulls @ roots
+    return roots @ _jackknifed(shares, along) @ roots.T
 
 
 def firm_and_loose(held: Twists, matrix: Floats) -> tuple[Twists, Twists]:
@@ -181,6 +199,43 @@ def linearized(
     linearize(sides, se3.both_ways(T), cost.ball_cost, *some, sums)
     _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
     return pulls, stiffness
+
+
+@kernel
+def _jackknifed(shares: Floats, pulls: Floats) -> Floats:
+    """Return the sum (k, k) of x x^T over regions, (I - LEVERAGE A) x = b of each.
+
+    shares: (G, k k) of A, which are symmetric; pulls: (G, k) of b.
+    """
+    n = pulls.shape[1]
+    total, rest, x = np.zeros((n, n)), np.empty((n, n)), np.empty(n)
+    for g in range(len(pulls)):
+        for i in range(n):
+            x[i] = pulls[g, i]
+            for k in range(n):
+                rest[i, k] = -LEVERAGE * shares[g, n * i + k]
+            rest[i, i] += 1.0
+        _solve(rest, x)
+        for i in range(n):
+            for k in range(n):
+                total[i, k] += x[i] * x[k]
+    return total
+
+
+@inlined
+def _solve(matrix: Floats, x: Floats) -> None:
+    """Replace x (n,) by matrix^-1 x, and the matrix, which is positive definite, by anything."""
+    n = len(x)
+    for j in range(n):
+        for i in range(j + 1, n):
+            f = matrix[i, j] / matrix[j, j]
+            x[i] -= f * x[j]
+            for k in range(j, n):
+                matrix[i, k] -= f * matrix[j, k]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= matrix[i, k] * x[k]
+        x[i] /= matrix[i, i]
 
 
 @kernel

@@ -105,25 +105,24 @@ class Observability(NamedTuple):
         moves = np.linalg.solve(self.units, self.motions)[3:]
         return int(np.argmax(np.abs(direction @ moves)))
 
-    def determined_by(self, k: Integer) -> tuple[Twist, tuple[Indices, Indices]]:
-        """Return the k-th motion, (6,), such that it moves a surface by 1 along its normal.
+    def determined(self) -> list[tuple[Twist, tuple[Indices, Indices]]]:
+        """Return each motion held, (6,), such that it moves a surface by 1 along its normal.
 
         That which it moves most, but for a few: a ball on an edge may have any normal, and a
         distant one a long arm. And which centres, of the target and of the source, it moves by
         more than half of that: those that determine it.
         """
         of_target, of_source = self.centres
-        along = np.abs(self.along[:, k])
+        along = np.abs(self.along[:, self.observable])
         few = min(FEW, len(along))
-        most = np.partition(along, -few)[-few] if few else 0.0
-        if most == 0.0:
-            return self.motions[:, k], (of_target[:0], of_source[:0])
-        those = np.flatnonzero(along > HOLDING * most)
-        n = int(np.searchsorted(those, len(of_target)))
-        return self.motions[:, k] / most, (
-            of_target[those[:n]],
-            of_source[those[n:] - len(of_target)],
-        )
+        most = np.partition(along, -few, axis=0)[-few] if few else np.zeros(along.shape[1])
+        those = (along > HOLDING * most) & (most > 0.0)
+        here, there = those[: len(of_target)].T, those[len(of_target) :].T
+        scaled = self.held / np.where(most > 0.0, most, 1.0)
+        return [
+            (motion, (of_target[a], of_source[b]))
+            for motion, a, b in zip(scaled.T, here, there, strict=True)
+        ]
 
 
 def observability_of(

@@ -9,6 +9,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Point, RotationMatrix, Transform, Twists
 from idem_ros.core.geometry import se3
+from idem_ros.core.solve.newton import newton_step
 from idem_ros.core.trust.covariance import Regions
 
 SECTORS = 32
@@ -75,10 +76,10 @@ def _are_two_poses(regions: Regions, time: Floats, held: Twists, radius: float) 
     weights = np.reshape(share[:, None] * share, (4, -1))
     sums = (weights @ regions.stiffness.reshape(-1, 36)).reshape(2, 2, 6, 6)
     matrix = (held.T @ sums @ held).transpose(0, 2, 1, 3).reshape(2 * k, 2 * k)
-    inverse = np.asarray(np.linalg.pinv(matrix, hermitian=True), np.float64)
-    step = -inverse @ (share @ regions.pulls @ held).reshape(-1)
+    step, _ = newton_step(matrix, (share @ regions.pulls @ held).reshape(-1))
     if np.linalg.norm(step[k:]) < motion * radius:
         return False
+    inverse = np.asarray(np.linalg.pinv(matrix, hermitian=True), np.float64)
     moved = share.T @ step.reshape(2, k) @ held.T
     left = regions.pulls + (regions.stiffness @ moved[:, :, None])[:, :, 0]
     each = (share.T[:, :, None] * (left @ held)[:, None]).reshape(len(time), -1) @ inverse
@@ -95,8 +96,8 @@ def _grow(regions: Regions, held: Twists, radius: float) -> bool:
     (pulls, stiffness, places), (motion, squares) = regions, LEAST_GROWING
     grown = (stiffness[:, :, 3:] @ places[:, :, None])[:, :, 0]
     of_all = held.T @ stiffness.sum(axis=0) @ held
-    back = np.asarray(np.linalg.pinv(of_all, hermitian=True), np.float64)
-    alone: Floats = -(held @ (back @ (held.T @ grown.sum(axis=0)))) * np.ones((len(places), 1))
+    undone, _ = newton_step(of_all, held.T @ grown.sum(axis=0))
+    alone: Floats = held @ undone * np.ones((len(places), 1))
     alone[:, 3:] += places
     firm = float((alone * grown).sum())
     if firm <= 0.0:

@@ -21,6 +21,7 @@ COARSE = (
 )
 # Real scans and simulated ones have 0.00 to 0.27, points at random in a volume 0.85 to 0.95.
 VOLUME = 0.6
+STEP = 2.0**-23  # of a number: the coarsest that float32 rounds it to
 SAMPLE = 1000  # points, about
 
 
@@ -89,6 +90,9 @@ def _is_flat(points: Points, thickness: float) -> bool:
 
 def _steps(cloud: Cloud, tolerated: float) -> tuple[str, float]:
     """Return the axis that float32 has rounded most, and its step; 0.0 where none is coarse."""
+    farthest = np.abs(np.add(cloud.bounds(), cloud.origin)).max()
+    if farthest * STEP <= tolerated:
+        return '', 0.0
     sample = _sampled(cloud.points) + cloud.origin
     # where half of them are: a stray, however far, says nothing of the others
     steps = np.spacing(np.median(np.abs(sample), axis=0).astype(np.float32))

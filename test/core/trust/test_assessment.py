@@ -201,7 +201,8 @@ def test_regions_add_up_to_the_linearisation_and_the_jackknife_is_that_of_the_eq
     target, source = Cloud(surface(rng, 1200, 0.01)), Cloud(surface(rng, 1100, 0.01))
     cost, T = normal_balance(target, source, 0.3), np.eye(4)
     observability = observability_of(cost, T)
-    pulls, stiffness, _ = by_region(cost, T, observability)
+    met = [side.moments for side in cost.balls.agreement(T, 0.3, moments=True)]
+    pulls, stiffness, _ = by_region(cost, T, observability, met)
     gradient, matrix = cost.linearize(T)
     np.testing.assert_allclose(pulls.sum(axis=0), gradient, atol=1e-9)
     np.testing.assert_allclose(stiffness.sum(axis=0), matrix, rtol=1e-9)

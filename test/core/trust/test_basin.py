@@ -7,7 +7,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.landscape import Landscape
 from idem_ros.core.trust.basin import FIRST, confidence, gauge
-from idem_ros.core.trust.contrast import contrast_along, mean_contrast, sums_at_each
+from idem_ros.core.trust.contrast import contrasts_along, mean_contrast, sums_at_each
 
 
 @pytest.fixture
@@ -40,9 +40,9 @@ def test_sums_are_those_of_the_landscape_where_every_point_is_taken(rng, clouds)
 def test_every_way_out_of_the_truth_leads_up(clouds, truth):
     balls = Balls(*clouds, 0.25)
     everything = [np.arange(len(cloud)) for cloud in clouds]
-    q = [of_points for of_points, _ in balls.agreement(truth, balls.radius)]
-    for motion_ in np.eye(6):
-        assert contrast_along(balls, truth, motion_, everything, 128, q) > 0
+    q = [side.q for side in balls.agreement(truth, balls.radius)]
+    rises = contrasts_along(balls, truth, np.eye(6), 6 * [everything], 128, q)
+    assert (rises > 0).all()
     assert mean_contrast(balls, truth, np.eye(6), 128) > 0
 
 

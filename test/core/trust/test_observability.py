@@ -98,7 +98,7 @@ def test_a_motion_is_held_by_the_surfaces_across_it():
     cost = joint_entropy(*clouds, 0.4)
     found = observability_of(cost, between_origins(*clouds, case.truth))
     forth = int(np.argmax(np.abs(found.motions[3])))  # along x: only the box is across it
-    motion, (of_target, of_source) = found.determined_by(forth)
+    motion, (of_target, of_source) = found.determined()[forth]
     assert np.abs(motion[3]) == pytest.approx(1.0, abs=0.05)
     assert 0 < len(of_target) + len(of_source) < 0.1 * len(found.along)
     near = (
@@ -151,6 +151,6 @@ def test_a_few_balls_alone_do_not_tell_what_determines_a_motion():
         *(np.ones(6), np.zeros(6), np.ones(6), 0.0, np.eye(6), np.eye(6), 1.0, along, centres),
         np.ones(6, bool),
     )
-    motion, (of_target, of_source) = seen.determined_by(2)
+    motion, (of_target, of_source) = seen.determined()[2]
     assert motion.tolist() == np.eye(6)[2].tolist()
     assert (of_target.tolist(), of_source.tolist()) == (list(range(52)), [])
