@@ -187,9 +187,9 @@ def _side(centres: Neighbourhoods, others: Neighbourhoods, candidates: Candidate
 
 
 def between_origins(target: Cloud, source: Cloud, T_target_source: Transform) -> Transform:
-    """Return the transform between the frames at two clouds' origins."""
+    """Return the transform, or each of (K, 4, 4), between the frames at two clouds' origins."""
     T = T_target_source.copy()
-    T[:3, 3] += T[:3, :3] @ source.origin - target.origin
+    T[..., :3, 3] += T[..., :3, :3] @ source.origin - target.origin
     return T
 
 

@@ -60,7 +60,7 @@ def candidate_pairs(
 def _candidates(
     points: Points, grid: Grid, T_points_grid: Transform, reach: float, workers: Workers
 ) -> Candidates:
-    R, t = np.ascontiguousarray(T_points_grid[:3, :3]), T_points_grid[:3, 3].copy()
+    R, t = se3.rotation_and_translation(T_points_grid)
 
     def enumerate_block(begin: int, end: int) -> tuple[Integers, Integers32]:
         """Return the candidates of a block of points, as those of a cloud."""

@@ -34,7 +34,7 @@ from idem_ros.core.metric.measured_points import (
     checked_points,
     usual,
 )
-from idem_ros.core.metric.moments import AS_MEASURED, TIE, own_moments, turned_weights
+from idem_ros.core.metric.moments import AS_MEASURED, TIE, moments_around, turned_weights
 from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
 from idem_ros.core.metric.voxel_size import Fit, fit_of
 
@@ -182,9 +182,9 @@ class Cloud:
     def _thickness(self, radius: float) -> tuple[float, float]:
         cells = self.in_cells(radius)
         stride = max(len(self) // SAMPLE, 1)
-        unit, own = np.empty((2, -(-len(self) // stride), 10))
-        span = 0, len(own)
-        own_moments(cells.grid, cells.weights, radius * radius * TIE, span, stride, unit, own)
+        centres = np.ascontiguousarray(cells.grid.points[::stride])
+        unit, own = np.empty((2, len(centres), 10))
+        moments_around(centres, cells.grid, cells.weights, radius * radius * TIE, unit, own)
         return thickness_and_members(own)
 
     def in_cells(self, radius: float) -> Cells:
@@ -272,8 +272,9 @@ def neighbourhoods(
 
     def fill(block: tuple[Neighbourhoods, tuple[int, int]]) -> None:
         """Fill the moments of a block of points."""
-        of, span = block
-        own_moments(of.grid, of.weights, radius * radius * TIE, span, 1, of.unit, of.own)
+        of, (begin, end) = block
+        centres, *moments = (rows[begin:end] for rows in (of.grid.points, of.unit, of.own))
+        moments_around(centres, of.grid, of.weights, radius * radius * TIE, *moments)
 
     in_threads(workers, fill, blocks)
     made.update(zip(new, found, strict=True))

@@ -15,7 +15,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Integers, Mask, Points, Weights
 from idem_ros.core.geometry.grid import build_grid
-from idem_ros.core.metric.moments import TIE, own_moments
+from idem_ros.core.metric.moments import TIE, moments_around
 
 LEAST = 5.0  # points of a scan in a cell, that tell its own variance
 FLAT = 25.0  # times its variance across a surface has along it, in both directions
@@ -105,7 +105,7 @@ def entropy_of(points: Points, weights: Weights, inside: Mask, radius: float) ->
     grid, order = build_grid(points, radius * (1.0 + 1e-9))
     unit, own = np.empty((2, len(points), 10))
     ordered = np.ascontiguousarray(weights[order])
-    own_moments(grid, ordered, radius * radius * TIE, (0, len(points)), 1, unit, own)
+    moments_around(grid.points, grid, ordered, radius * radius * TIE, unit, own)
     _, covariance = _normalised(own)
     det = np.linalg.det(2.0 * np.pi * np.e * covariance)
     counted = inside[order] & (own[:, 0] >= LEAST) & (det > 0.0)

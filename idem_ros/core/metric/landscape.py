@@ -10,6 +10,7 @@ from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.geometry import se3
+from idem_ros.core.metric.balls import between_origins
 from idem_ros.core.metric.cloud import CloudLike, as_cloud, neighbourhoods
 from idem_ros.core.metric.entropy import differences_at_each, length_unit, sums_of_each
 from idem_ros.core.metric.q_tot import checked_positive, search_radius
@@ -71,7 +72,7 @@ class Landscape:
 
     def values(self, transforms: ArrayLike) -> Values:
         """Return `Values`: q_tot and the points with a neighbour across, as for `at`."""
-        transforms = self._between_origins(_checked(transforms))
+        transforms = between_origins(self.target, self.source, _checked(transforms))
         if self.radius == 0.0 or not len(transforms):  # one place: every entropy is 0
             return Values(np.zeros(len(transforms)), np.zeros(len(transforms), np.int64))
         parts = [transforms[begin : begin + SPAN] for begin in range(0, len(transforms), SPAN)]
@@ -92,10 +93,6 @@ class Landscape:
             q += total
             within += count
         return q, within
-
-    def _between_origins(self, transforms: Transforms) -> Transforms:
-        transforms[:, :3, 3] += transforms[:, :3, :3] @ self.source.origin - self.target.origin
-        return transforms
 
 
 def _checked(transforms: ArrayLike) -> Transforms:

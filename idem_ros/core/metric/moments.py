@@ -84,31 +84,6 @@ def ball_moments(
 
 
 @kernel
-def own_moments(
-    grid: Grid,
-    weights: Weights,
-    r2: float,
-    span: tuple[int, int],
-    stride: int,
-    unit: MomentRows,
-    own: MomentRows,
-) -> None:
-    """Fill rows of a span (begin, end) of both moments (N, 10) of balls in their own cloud.
-
-    Row i is of point i * stride.
-    """
-    begin, end = span
-    found, rows = room_for(grid)
-    for i in range(begin, end):
-        p = point_of(grid.points, i * stride)
-        n = neighbours(p[0], p[1], p[2], grid, r2, found, rows)
-        once, m = ball_moments(p, grid.points, weights, found, np.uint64(0), n, r2)
-        for c in range(10):
-            unit[i, c] = once[c]
-            own[i, c] = m[c]
-
-
-@kernel
 def moments_around(
     centres: Points, grid: Grid, weights: Weights, r2: float, unit: MomentRows, own: MomentRows
 ) -> None:

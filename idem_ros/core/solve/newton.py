@@ -65,11 +65,6 @@ class Solution(NamedTuple):
         """Whether a step became short."""
         return self.termination is Termination.CONVERGED
 
-    @property
-    def circled(self) -> bool:
-        """Whether it went on past the patience, and did not converge."""
-        return not self.converged and self.iterations > PATIENCE
-
 
 def minimize(
     cost: Cost, transform: Transform, criteria: Criteria, motions: Twists | None = None
