@@ -178,7 +178,7 @@ class Balls:
         in_blocks(n, self.workers, fill)
         in_order = np.empty_like(found)
         in_order[:, centres.order] = found
-        return Meeting(*in_order, moments)
+        return Meeting(in_order[0], in_order[1], moments)
 
 
 def _side(centres: Neighbourhoods, others: Neighbourhoods, candidates: Candidates) -> Side:
