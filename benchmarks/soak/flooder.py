@@ -19,7 +19,7 @@ from idem_ros.node.player import playing_node
 from idem_ros.recording.cdr import to_cdr
 from idem_ros.recording.messages import cloud_message, transform_message
 
-GUESSES, CLOUDS, CLOCKS = 10_000, 50, 10  # a second
+RATES = {'guesses': 10_000, 'clouds': 50, 'jumps': 10}  # a second
 TICK = 0.002  # [s]
 POINTS = 5000
 HOUR = 3600 * 10**9
@@ -51,6 +51,8 @@ def main():
     """Flood for some seconds; say how much of it was sent."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seconds', type=float, required=True)
+    for name, rate in RATES.items():
+        parser.add_argument(f'--{name}', type=float, default=rate, help='a second')
     args = parser.parse_args()
     rng, chance = np.random.default_rng(0), random.Random(0)
     (of_source, of_target), (others, right) = garbage(rng), guesses(rng)
@@ -83,7 +85,8 @@ def main():
             message.clock.sec = chance.randrange(2**31)
             clock.publish(message)
 
-        counts = _at_rates({guess: GUESSES, cloud: CLOUDS, jump: CLOCKS}, args.seconds)
+        rates = {guess: args.guesses, cloud: args.clouds, jump: args.jumps}
+        counts = _at_rates(rates, args.seconds)
     guessed, clouds, jumps = (count / args.seconds for count in counts)
     print(f'a flood of {guessed:.0f} guesses/s, {clouds:.0f} clouds/s, {jumps:.0f} jumps/s')
     return 0

@@ -32,6 +32,8 @@ class StampOrder:
     def __init__(self):
         self.jumps = self.last_jump = 0
         self._newest = {}
+        self._left = {}  # {stream: (where it was, where it went)}
+        self._mixed = set()
 
     def goes_back(self, stream, stamp):
         """Note a stamp [ns] of a stream; return whether its clock was set back."""
@@ -40,6 +42,24 @@ class StampOrder:
             self._set_back(stamp, newest)
             return True
         self._newest[stream] = max(newest, stamp)
+        return False
+
+    def stays_back(self, stream, stamp):
+        """Note a stamp [ns] of a stream of many senders; return whether its clock was set back.
+
+        A clock that was set back stays so: once the stamps leap forth again to where they had
+        been, they are of several clocks, and tell nothing of any.
+        """
+        if stream in self._mixed:
+            return False
+        newest = self._newest.get(stream, stamp)
+        if self.goes_back(stream, stamp):
+            self._left[stream] = newest, stamp
+            return True
+        before, after = self._left.get(stream, (stamp, stamp))
+        if 2 * (stamp - newest) > before - after > 0 and before - stamp < DISORDER:
+            self._mixed.add(stream)
+            del self._newest[stream]
         return False
 
     def clock_goes_back(self, now):
@@ -53,6 +73,8 @@ class StampOrder:
     def forget(self):
         """Forget the streams, but not how often a clock was set back."""
         self._newest.clear()
+        self._left.clear()
+        self._mixed.clear()
 
     def _set_back(self, stamp, newest):
         self.jumps += 1

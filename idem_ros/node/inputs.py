@@ -7,15 +7,16 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from rclpy.clock import Clock, JumpThreshold, TimeJump
+from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.duration import Duration
 from rclpy.node import Node
 
 from idem_ros.maps.open_map import open_map
 from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.node.clock_watch import ClockWatch
 from idem_ros.node.hearing import Hearing
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.next_target import NextTarget
@@ -77,7 +78,8 @@ class Inputs:
         is_topic = not self._map_config.target_file
         self.are_one = is_topic and self._topic_of('target') == self._topic_of('source')
         # what is not prepared ahead is when it is first refined
-        self._next = NextTarget(prepare or (lambda _: None), self._add_next, self._refuse_next)
+        add_next = partial(self._complete, self.pairing.add_target)
+        self._next = NextTarget(prepare or (lambda _: None), add_next, self._refuse_next)
         self.subscriptions: Subscriptions | None = None
         self.unheard: list[str] = []
         self.hearing = Hearing(node.get_logger())
@@ -115,12 +117,7 @@ class Inputs:
         callbacks = {name: self._taking(name, add) for name, add in receivers.items()}
         callbacks['target'] = self._taking_target(callbacks['target'])
         self.subscriptions = Subscriptions(self._node, config, callbacks, self._traffic.note_lost)
-        backwards = JumpThreshold(
-            min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
-        )
-        self._clock_watch = self._node.get_clock().create_jump_callback(
-            backwards, post_callback=self._on_clock_jump
-        )
+        self._clock_watch = ClockWatch(self._node, self._on_set_back)
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self._timer = self._node.create_timer(PERIOD, self._attend, clock=wall)
         has_target = not (self.are_one or self._map_config.target_file)
@@ -149,7 +146,7 @@ class Inputs:
         if self.subscriptions is not None:
             self.subscriptions.ignore(tuple(self.subscriptions.held))
             self._node.destroy_timer(self._timer)
-            self._clock_watch.unregister()
+            self._clock_watch.close()
             self.subscriptions = None
         self._next.stop()
         self.hearing.close()
@@ -215,9 +212,8 @@ class Inputs:
         subscriptions.follow_offers()
         self.hearing.attend(subscriptions, time.monotonic())
         unheard = subscriptions.unheard()
-        for each in unheard:
-            if each not in self.unheard:
-                self._node.get_logger().warning(f'not heard: {each}')
+        for each in [each for each in unheard if each not in self.unheard]:
+            self._node.get_logger().warning(f'not heard: {each}')
         self.unheard = unheard
 
     def _subscribe_anew(self) -> None:
@@ -237,16 +233,20 @@ class Inputs:
             self._hindrance = f'guesses cannot be subscribed to: {reason}'
 
     def _taking(self, name: str, add: Callable) -> Callable:
-        def on_message(message):
-            self._note(name, message)
-            with self._lock:
-                pairs = add(message)
-            for pair in pairs:
-                self._on_pair(pair, self._receipt_of(pair.source))
+        def on_messages(*messages):
+            for message in messages:
+                self._note(name, message)
+            self._complete(add, *messages)
             self._tell_jumps()
             self._tell_refusals()
 
-        return on_message
+        return on_messages
+
+    def _complete(self, add: Callable, *messages) -> None:
+        with self._lock:
+            pairs = add(*messages)
+        for pair in pairs:
+            self._on_pair(pair, self._receipt_of(pair.source))
 
     def _taking_target(self, take: Callable) -> Callable:
         """Return what takes a target: a large one once it is prepared, if another serves."""
@@ -260,12 +260,6 @@ class Inputs:
                 self._note('target', message)
 
         return on_message
-
-    def _add_next(self, message) -> None:
-        with self._lock:
-            pairs = self.pairing.add_target(message)
-        for pair in pairs:
-            self._on_pair(pair, self._receipt_of(pair.source))
 
     def _refuse_next(self, message, error) -> None:
         with self._lock:
@@ -294,9 +288,9 @@ class Inputs:
         # an id is used again only for what came later, which is found first
         return next((at for each, at in reversed(self._receipts) if each == id(source)), None)
 
-    def _on_clock_jump(self, jump: TimeJump) -> None:
+    def _on_set_back(self, now: int) -> None:
         with self._lock:
-            self.pairing.clock_goes_back(self._node.get_clock().now().nanoseconds)
+            self.pairing.clock_goes_back(now)
         self._tell_jumps()
 
     def _tell_jumps(self) -> None:

@@ -23,7 +23,7 @@ class SubscriptionConfig:
     )
     depth: int = parameter(
         5,
-        'messages of each input that may wait while the node is busy taking another',
+        'clouds of each input that may wait while the node is busy taking another',
         range=(1, 10_000),
         fixed=True,
     )

@@ -1,5 +1,6 @@
 """The node's inputs as subscriptions, with the quality of service that each needs."""
 
+import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -22,6 +23,11 @@ from idem_ros.node.subscription_config import AUTO, SubscriptionConfig
 
 TF_DEPTH = 100  # as tf2 has it
 IMU_DEPTH = 200  # half a second at 400 Hz
+GUESS_DEPTH = 1000  # a tenth of a second of 10 kHz: more than sources wait for
+CLOUDS = 'target', 'source'
+# [s] that the executor rests for each message it took at once, and at most: under a flood the
+# worker needs the interpreter, too
+REST, LONGEST_REST = 1e-4, 5e-3
 
 
 class Subscriptions:
@@ -137,9 +143,17 @@ class Subscriptions:
             incompatible_qos=lambda info: None,  # said by `unheard`, with the remedy
         )
         topic, callback = self._topics[name].name, self._callbacks[name]
-        return self._node.create_subscription(
-            kind, topic, callback, quality, event_callbacks=events
+
+        def on_message(message):
+            """Take all that wait at once: waiting anew for each would be most of the work."""
+            rest = [] if name in CLOUDS else _waiting_in(subscription)
+            callback(message, *rest)
+            time.sleep(min(REST * len(rest), LONGEST_REST))
+
+        subscription = self._node.create_subscription(
+            kind, topic, on_message, quality, event_callbacks=events
         )
+        return subscription
 
     def _qualities(self, name: str) -> list[QoSProfile]:
         if name == 'target':
@@ -151,15 +165,16 @@ class Subscriptions:
             return [QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)]
         if name in IMU_INPUTS:
             return [QoSProfile(depth=IMU_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)]
-        return [self._usual()]
+        return [self._usual(self._config.depth if name in CLOUDS else GUESS_DEPTH)]
 
     def _target_quality(self, durability: str) -> QoSProfile:
-        return _latched(self._config.depth) if durability == TRANSIENT_LOCAL else self._usual()
+        depth = self._config.depth
+        return _latched(depth) if durability == TRANSIENT_LOCAL else self._usual(depth)
 
-    def _usual(self) -> QoSProfile:
+    def _usual(self, depth: int) -> QoSProfile:
         reliability = ReliabilityPolicy[self._config.reliability.upper()]
         return QoSProfile(
-            depth=self._config.depth,
+            depth=depth,
             reliability=reliability,
             durability=DurabilityPolicy.VOLATILE,
         )
@@ -173,6 +188,18 @@ def require_messages(guess_type: str) -> None:
     """
     for topic in inputs_with(guess_type).values():
         _class_of(topic.msgtype, guess_type)
+
+
+def _waiting_in(subscription: Subscription) -> list[Any]:
+    """Take the messages that wait in a subscription, as many as it holds at most."""
+    messages = []
+    with subscription.handle:
+        while len(messages) < subscription.qos_profile.depth:
+            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+            if taken is None:
+                break
+            messages.append(taken[0])
+    return messages
 
 
 def _class_of(msgtype: str, guess_type: str) -> type:

@@ -4,8 +4,9 @@ import numpy as np
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.pairing.guesses import FOLLOWING, STREAMED, IdentityGuess, StreamedGuesses
+from idem_ros.pairing.guesses import FOLLOWING, STREAMED, IdentityGuess
 from idem_ros.pairing.last_result import LastResult
+from idem_ros.pairing.streamed_guesses import StreamedGuesses
 from idem_ros.pairing.transform_tree import TransformTree
 from idem_ros.pairing.turn_rates import TurnRates
 

@@ -1,13 +1,10 @@
-"""Initial guesses: buffered by stamp, interpolated to a source's, refused where doubtful."""
+"""Initial guesses: where they come from, what they say, and the one that needs no message."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.messages.stamps import NotYet
-from idem_ros.messages.transform_message import covariance_of, matrix_of, stamp_ns
-from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
 from idem_ros.pairing.trail import Trail
 from idem_ros.parameters.fields import parameter, require_one_of, require_positive
 
@@ -93,87 +90,6 @@ class Guess:
     """How long the motion of the last results is carried on [s]; None: for ever."""
 
 
-class StreamedGuesses:
-    """Guesses that come as messages: TransformStamped, PoseWithCovarianceStamped or Odometry."""
-
-    def __init__(self):
-        self._poses = StampedPoses()
-        self._timeless = None
-        self._begins_at_zero = False
-
-    def __bool__(self):
-        return bool(self._poses) or self._timeless is not None
-
-    def stamps(self, message):
-        """Return (stream, stamp) of what a message holds."""
-        return [('initial_guess', stamp_ns(message))]
-
-    def add(self, message):
-        """Keep a guess; one with stamp 0 serves every source until another comes.
-
-        Where a source had that stamp, as under a simulated clock, it is a time like any other.
-
-        Raises:
-            InvalidTransform: one with stamp 0 is none; that before serves on.
-        """
-        if not stamp_ns(message):
-            matrix_of(message)
-        self._timeless = None if stamp_ns(message) else message
-        if self._timeless is None or self._begins_at_zero:
-            self._poses.add(message)
-
-    def forget_after(self, stamp):
-        """Forget what is later than a stamp [ns]."""
-        self._poses.forget_after(stamp)
-
-    def guess_for(self, stamp, target_frame, source_frame, config):
-        """Return the `Guess` for a source of a stamp [ns].
-
-        Raises:
-            NotYet: none can be made of what has come so far.
-            DoubtfulGuess, InvalidTransform: none will do.
-        """
-        if not stamp:
-            self._begin_at_zero()
-        is_time = self._begins_at_zero and stamp < WALL_CLOCK
-        if self._timeless is not None and stamp not in self._poses and not is_time:
-            guess = _guess_of([self._timeless], matrix_of(self._timeless))
-            return replace(guess, is_timeless=True)
-        messages = self._around(stamp)
-        if len({frames_of(message) for message in messages}) > 1:
-            raise DoubtfulGuess(
-                'those before and after the source are between different frames: '
-                + ' and '.join(
-                    f'{child!r} in {parent!r}' for parent, child in map(frames_of, messages)
-                )
-            )
-        guess = _guess_of(messages, pose_at(stamp, messages, config))
-        return replace(guess, trail=self._trail(stamp, frames_of(messages[0])))
-
-    def _trail(self, stamp, frames):
-        near = self._poses.near(stamp)
-        stamps = tuple(each for each in near.stamps if frames_of(near[each]) == frames)
-        return Trail(stamps, lambda each: matrix_of(near[each]))
-
-    def _around(self, stamp):
-        try:
-            return self._poses.around(stamp)
-        except NotYet as missing:
-            if self._is_one_click:
-                hint = 'it is the only one: of initial_guess.type initial_pose it would suffice'
-                raise NotYet(f'{missing}; {hint}') from missing
-            raise
-
-    @property
-    def _is_one_click(self):
-        return len(self._poses) == 1 and not hasattr(self._poses.newest, 'child_frame_id')
-
-    def _begin_at_zero(self):
-        self._begins_at_zero = True
-        if self._timeless is not None:
-            self._poses.add(self._timeless)
-
-
 class IdentityGuess:
     """The identity for every source."""
 
@@ -186,13 +102,6 @@ class IdentityGuess:
     def guess_for(self, stamp, target_frame, source_frame, config):
         """Return the `Guess`."""
         return Guess(np.eye(4))
-
-
-def _guess_of(messages, pose):
-    """Return the `Guess` between one or two messages: as unsure as the less sure of them."""
-    said = [each for each in map(covariance_of, messages) if each is not None]
-    covariance = max(said, key=np.trace) if len(said) == len(messages) else None
-    return Guess(pose, *frames_of(messages[0]), covariance=covariance)
 
 
 def frames_of(message):

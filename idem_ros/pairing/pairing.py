@@ -14,7 +14,6 @@ from idem_ros.pairing.pair import Pair, Refusal, comes, named, require_frames
 from idem_ros.pairing.stamped_poses import StampedPoses
 from idem_ros.pairing.sweep_ends import SweepEnds
 from idem_ros.pairing.targets import PairingConfig, Targets
-from idem_ros.pairing.turn_rates import KEPT
 
 SOURCES_KEPT = 8
 
@@ -47,7 +46,7 @@ class Pairing:
         self._guesses: Any = guesses_of(self._guess_config.type)
         self._map_config = map_config or MapConfig()
         self._targets = Targets(self._map_config)
-        self._rates = StampedPoses(KEPT)
+        self._rates = StampedPoses()
         self.sweeps = SweepEnds()
         self._sources = deque()
         self._order = StampOrder()
@@ -120,19 +119,21 @@ class Pairing:
         self._keep_target(self._targets.add_source, message)
         return pairs + self.complete()
 
-    def add_guess(self, message):
-        """Keep an initial guess, or a TFMessage of /tf; return the pairs it completes."""
-        for stream, stamp in self._guesses.stamps(message):
-            if self._order.goes_back(stream, stamp):
-                self._forget_after(stamp)
-        self._keep_guess(self._guesses.add, message)
+    def add_guess(self, *messages):
+        """Keep initial guesses, or TFMessages of /tf; return the pairs they complete."""
+        for message in messages:
+            for stream, stamp in self._guesses.stamps(message):
+                if self._order.stays_back(stream, stamp):
+                    self._forget_after(stamp)
+            self._keep_guess(self._guesses.add, message)
         return self.complete()
 
-    def add_imu(self, message):
-        """Keep a message of an IMU for the sources to come; return no pairs."""
-        if self._order.goes_back('imu', stamp_ns(message)):
-            self._forget_after(stamp_ns(message))
-        self._rates.add(message)
+    def add_imu(self, *messages):
+        """Keep messages of an IMU for the sources to come; return no pairs."""
+        for message in messages:
+            if self._order.stays_back('imu', stamp_ns(message)):
+                self._forget_after(stamp_ns(message))
+            self._rates.add(message)
         return []
 
     def reset(self):
@@ -142,9 +143,10 @@ class Pairing:
         self._guesses.reset()
         return True
 
-    def add_static_transforms(self, message):
-        """Keep a TFMessage of /tf_static; return the pairs it completes."""
-        self._keep_guess(self._guesses.add_static, message)
+    def add_static_transforms(self, *messages):
+        """Keep TFMessages of /tf_static; return the pairs they complete."""
+        for message in messages:
+            self._keep_guess(self._guesses.add_static, message)
         return self.complete()
 
     def without_target(self, pair, error):
@@ -180,7 +182,7 @@ class Pairing:
         self.drop_sources()
         self._targets = Targets(self._map_config)
         self._guesses = guesses_of(self.guess_type)
-        self._rates = StampedPoses(KEPT)
+        self._rates = StampedPoses()
         self._order.forget()
         self._why = ''
 

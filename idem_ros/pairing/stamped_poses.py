@@ -11,7 +11,7 @@ from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.pairing.trail import WINDOW
 
-KEPT = 256
+KEPT = 2048  # ten seconds at 200 Hz
 
 
 class DoubtfulGuess(IdemError):
@@ -19,12 +19,14 @@ class DoubtfulGuess(IdemError):
 
 
 class StampedPoses:
-    """The newest messages of a stream of poses, in the order of their stamps."""
+    """The messages of a stream of poses that were received last, in the order of their stamps.
 
-    def __init__(self, kept=KEPT):
-        self._kept = kept
+    Of what is received, not of what is stamped last: a stamp may say anything.
+    """
+
+    def __init__(self):
         self._stamps = []
-        self._messages = {}
+        self._messages = {}  # {stamp: message} in the order they came
 
     def __len__(self):
         return len(self._stamps)
@@ -48,11 +50,12 @@ class StampedPoses:
     def add(self, message):
         """Keep a message; one of the same stamp gives way to it."""
         stamp = stamp_ns(message)
-        if stamp not in self._messages:
+        if self._messages.pop(stamp, None) is None:
             insort(self._stamps, stamp)
         self._messages[stamp] = message
-        if len(self._stamps) > self._kept:
-            del self._messages[self._stamps.pop(0)]
+        if len(self._stamps) > KEPT:
+            oldest = next(iter(self._messages))
+            del self._messages[oldest], self._stamps[bisect_left(self._stamps, oldest)]
 
     def forget_after(self, stamp):
         """Forget what is later than a stamp [ns]."""
@@ -64,7 +67,7 @@ class StampedPoses:
     def near(self, stamp):
         """Return the poses not much before or after a stamp [ns], as they are now."""
         first, last = stamp - WINDOW, stamp + WINDOW
-        near = StampedPoses(self._kept)
+        near = StampedPoses()
         near._stamps = self._stamps[
             bisect_left(self._stamps, first) : bisect_right(self._stamps, last)
         ]
@@ -80,14 +83,18 @@ class StampedPoses:
         Raises:
             NotYet: the stamp is after the newest.
         """
+        if not self._stamps:
+            raise NotYet('none has come')
+        if stamp > self._stamps[-1]:
+            age = seconds(stamp - self._stamps[-1])
+            raise NotYet(f'the newest is {age} older than the source')
+        return self.neighbours(stamp)
+
+    def neighbours(self, stamp):
+        """Return the message of a stamp [ns], or those that there are before and after it."""
         if stamp in self._messages:
             return [self._messages[stamp]]
         i = bisect_left(self._stamps, stamp)
-        if not self._stamps:
-            raise NotYet('none has come')
-        if i == len(self._stamps):
-            age = seconds(stamp - self._stamps[-1])
-            raise NotYet(f'the newest is {age} older than the source')
         return [self._messages[kept] for kept in self._stamps[max(i - 1, 0) : i + 1]]
 
 

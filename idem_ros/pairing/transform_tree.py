@@ -12,8 +12,6 @@ from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
 from idem_ros.pairing.trail import WINDOW, Trail
 
-KEPT = 2048  # of each frame: ten seconds at 200 Hz
-
 
 @dataclass
 class _Edge:
@@ -21,7 +19,7 @@ class _Edge:
 
     parent: str
     static: object = None
-    poses: StampedPoses = field(default_factory=lambda: StampedPoses(KEPT))
+    poses: StampedPoses = field(default_factory=StampedPoses)
 
 
 class TransformTree:

@@ -12,7 +12,6 @@ from idem_ros.pairing.stamped_poses import StampedPoses
 from idem_ros.pairing.trail import EXTRAPOLATED, MOST
 
 IMU = 'sensor_msgs/msg/Imu'
-KEPT = 2048  # ten seconds at 200 Hz
 LONGEST_GAP = 50_000_000  # [ns] between two messages
 
 

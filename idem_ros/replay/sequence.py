@@ -12,7 +12,7 @@ from idem_ros.pairing.guess_sources import rates_near
 from idem_ros.pairing.pair import Refusal
 from idem_ros.pairing.stamped_poses import StampedPoses
 from idem_ros.pairing.transform_tree import TransformTree
-from idem_ros.pairing.turn_rates import IMU, KEPT
+from idem_ros.pairing.turn_rates import IMU
 from idem_ros.recording.topics import Topics, find_topic, static_transforms
 from idem_ros.refinement.prepared_cloud import Stopwatch, prepared
 from idem_ros.replay.frames import Sequence
@@ -68,7 +68,7 @@ class Scans:
         static = static_transforms(recording) if imu else ()
         self.topics = Topics(source, source, None, truth, tf_static=static, imu=imu)
         self._rates, self._frames, self._guess = (
-            StampedPoses(KEPT),
+            StampedPoses(),
             TransformTree(),
             settings.guess,
         )

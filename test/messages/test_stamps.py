@@ -23,6 +23,21 @@ def test_a_clock_that_is_set_back_is_counted_once_over_all_streams():
     assert order.jumps == 2
 
 
+def test_a_stream_that_leaps_between_clocks_sets_none_back():
+    order = StampOrder()
+    told = [order.stays_back('guess', START + i % 2 * 50 * STEP) for i in range(9)]
+    assert not any(told[:2] + told[3:])
+    assert (order.jumps, order.clock_goes_back(START)) == (1, False)
+
+
+def test_a_recording_in_a_loop_sets_its_clock_back_each_time():
+    order = StampOrder()
+    for _ in range(4):
+        for i in range(20):
+            order.stays_back('guess', START + i * STEP)
+    assert order.jumps == 3
+
+
 def test_the_nodes_own_clock_set_back_counts_where_something_is_newer():
     order = StampOrder()
     assert not order.clock_goes_back(START)

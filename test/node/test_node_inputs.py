@@ -228,6 +228,17 @@ def test_repeated_and_late_sources_are_each_answered(bench, clouds):
     assert b.statuses('clock_set_back') == []
 
 
+def test_a_guess_is_found_among_hundreds_of_other_frames_and_other_times(bench, clouds):
+    b = bench().start()
+    publish_clouds(b, clouds, FIRST)
+    for i in range(300):
+        stamp = FIRST + i * MS + (1 - 2 * (i % 2)) * 3600 * SECOND
+        b.guess.publish(guess_message(np.eye(4), stamp))
+        b.guess.publish(guess_message(np.eye(4), FIRST + i, 'here', 'there'))
+    send(b, clouds, FIRST + 100 * MS)
+    b.transform_of(FIRST + 100 * MS)
+
+
 def test_recording_in_a_loop_is_said_in_diagnostics_and_answered_again(bench, clouds):
     b = bench().start()
     send(b, clouds, FIRST)

@@ -7,7 +7,7 @@ from idem_ros.core import InvalidConfig, InvalidTransform
 from idem_ros.core.geometry.se3 import exp
 from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import matrix_of
-from idem_ros.pairing.guesses import GuessConfig, IdentityGuess, StreamedGuesses
+from idem_ros.pairing.guesses import GuessConfig, IdentityGuess
 from idem_ros.pairing.stamped_poses import (
     KEPT,
     DoubtfulGuess,
@@ -15,6 +15,7 @@ from idem_ros.pairing.stamped_poses import (
     interpolated,
     pose_at,
 )
+from idem_ros.pairing.streamed_guesses import FRAMES_KEPT, StreamedGuesses
 
 CONFIG = GuessConfig()
 
@@ -109,7 +110,33 @@ def test_neighbours_that_jump_are_refused():
 def test_neighbours_between_different_frames_are_refused_by_name():
     guesses = guesses_of(transform(1, 0.0, 'map', 'lidar'), transform(3, 0.0, 'odom', 'lidar'))
     with pytest.raises(DoubtfulGuess, match="'lidar' in 'map' and 'lidar' in 'odom'"):
+        guesses.guess_for(2, '', '', CONFIG)
+
+
+def test_guesses_of_other_frames_are_none_for_a_source_and_named():
+    guesses = guesses_of(transform(1, 1.0), transform(3, 9.0, '/odom', 'lidar'))
+    np.testing.assert_array_equal(pose_for(guesses, 1), shifted(1.0))
+    with pytest.raises(NotYet, match="do not count: 'lidar' in 'odom'") as waits:
         pose_for(guesses, 2)
+    assert waits.value.is_doubtful
+    guesses.add(transform(4, 4.0))
+    np.testing.assert_allclose(pose_for(guesses, 2), shifted(2.0))
+    found = guesses.guess_for(3, 'odom', '/lidar', CONFIG).T_target_source
+    np.testing.assert_array_equal(found, shifted(9.0))
+
+
+def test_a_flood_of_other_frames_and_stamps_takes_the_place_of_no_guess_that_serves():
+    guesses = guesses_of(*(transform(i * SECOND, float(i)) for i in (100, 101)))
+    pose_for(guesses, 100 * SECOND)
+    for i in range(3 * FRAMES_KEPT * KEPT // 100):
+        guesses.add(transform(101 * SECOND + i, 5.0, f'map{i}', 'lidar'))
+    for i in range(KEPT - 2):
+        guesses.add(transform(SECOND * (10_000 + i), 5.0))
+    np.testing.assert_allclose(pose_for(guesses, 100 * SECOND + SECOND // 2), shifted(100.5))
+    with pytest.raises(NotYet, match='s off; initial_guess.max_age is 1 s'):
+        pose_for(guesses, 102 * SECOND)
+    guesses.add(transform(102 * SECOND, 102.0))
+    np.testing.assert_array_equal(pose_for(guesses, 102 * SECOND), shifted(102.0))
 
 
 def test_a_neighbour_that_is_no_transform_is_refused():

@@ -217,6 +217,7 @@ def test_a_source_without_a_usable_guess_is_refused_with_the_reason(pairing):
     pairing.add_source(cloud(LONG_AGO))
     assert pairing.add_guess(guess_message(LONG_AGO - 10, 0.0)) == []
     assert pairing.add_guess(guess_message(LATER, 0.0)) == []
+    assert (pairing.refused, pairing.waiting) == (0, 1)  # until another source has come
     bad = guess_message(LATER + 1)
     bad.transform.rotation.w = 0.0
     pairing.add_source(cloud(LATER + 1))

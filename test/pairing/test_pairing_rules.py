@@ -45,6 +45,17 @@ def test_odometry_of_another_frame_is_refused_by_name():
     pairing.add_guess(odometry(7, 1.0, 'odom', 'base'))
     assert len(pairing.add_source(cloud(5, 'lidar'))) == 1
     assert pairing.add_source(cloud(7, 'lidar')) == []
+    assert "those of other frames do not count: 'base' in 'odom'" in pairing.why_it_waits()
+    pairing.add_source(cloud(8, 'lidar'))
+    (refusal,) = pairing.take_refusals()
+    assert (refusal.stamp, pairing.waiting) == (7, 1)
+
+
+def test_odometry_of_another_frame_alone_is_refused_by_name():
+    pairing = Pairing(guess_config=GuessConfig(type='odometry'))
+    pairing.add_target(cloud(1, 'map'))
+    pairing.add_guess(odometry(7, 1.0, 'odom', 'base'))
+    assert pairing.add_source(cloud(7, 'lidar')) == []
     (refusal,) = pairing.take_refusals()
     assert "frame_id 'odom', but the target cloud is in frame 'map'" in refusal.reason
 

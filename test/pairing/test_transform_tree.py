@@ -7,7 +7,8 @@ from idem_ros.core import InvalidTransform
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import matrix_of
-from idem_ros.pairing.guesses import DoubtfulGuess, GuessConfig
+from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.stamped_poses import DoubtfulGuess
 from idem_ros.pairing.transform_tree import TransformTree
 
 CONFIG = GuessConfig()

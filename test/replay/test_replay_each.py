@@ -7,6 +7,7 @@ from recordings import scans, transforms_of
 from replayed import replayed
 
 from idem_ros.core import Cloud, RegistrationConfig
+from idem_ros.pairing import stamped_poses
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.run import replay, replay_each
 from idem_ros.replay.settings import Settings
@@ -73,7 +74,8 @@ def test_an_interruption_gives_what_was_done(tmp_path, messages):
     assert not replayed(tmp_path, messages).interrupted
 
 
-def test_neither_messages_nor_clouds_are_kept(tmp_path, rng):
+def test_neither_messages_nor_clouds_are_kept(tmp_path, rng, monkeypatch):
+    monkeypatch.setattr(stamped_poses, 'KEPT', 256)
     references, alive = [], []
 
     def watching(iterable, total):
@@ -91,6 +93,6 @@ def test_neither_messages_nor_clouds_are_kept(tmp_path, rng):
     before = clouds()
     result = replay(tmp_path / 'scans.mcap', progress=watching)
     assert len(result.frames) == 400
-    assert max(alive[1000:]) == max(alive[800:1000]) < 270  # 256 guesses are buffered
+    assert max(alive[1000:]) == max(alive[800:1000]) < 270  # the guesses are buffered
     assert clouds() == before
     assert not any(reference() is not None for reference in references)
