@@ -4,21 +4,22 @@ The coarse stages draw the clouds together along a motion that little holds: by 
 end, and by the pattern of the sensor. So they are gone through without it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import numpy as np
 
-from idem_ros.core.arrays import Point, Transform, Twists
+from idem_ros.core.arrays import Point, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.metric.noise import share_of_sheets
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.pair import Pair
+from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.stages import descend
 from idem_ros.core.trust.observability import FIRM, Observability, observability_of
 from idem_ros.core.trust.pattern import pattern_lines
-from idem_ros.core.trust.slide import MANY_VOTES, Slide, slide_along
+from idem_ros.core.trust.slide import MANY_VOTES, PARTS, Slide, slide_along, smear_along
 from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
 
 WEAK = 0.06  # strength: a pattern that locks holds by up to 0.05, real towns by 0.1 and more
@@ -31,6 +32,8 @@ RULED = 6.0  # votes of the pattern over the surfaces': 10 to 30 where it locks,
 # A way so near, of the radius, to one for which the pattern's votes rise by so much of what they
 # rise at most is the pattern's: rings and columns coincide in many places.
 LOCKED, RISEN = 0.3, 0.5
+# Of votes, for another motion of the sweep: of one niche in sight any speed has nearly as many.
+SURER = 1.05
 
 
 Found: TypeAlias = tuple[Descent, Observability | None]  # where one ended; None: it was late
@@ -56,8 +59,16 @@ def held_to_guess(pair: Pair, T_guess: Transform, descent: Descent) -> Found:
     if _is_firm(seen, k) and not _is_doubtful(pair, descent, way):
         return descent, seen
     others = seen.motions[:, seen.observable & (np.arange(6) != k)]
-    tries = [_slid(each, T_guess, others, way) for each in _as_it_may_move(pair, descent)]
-    return tries[0] if len(tries) == 1 else max(tries, key=lambda each: _votes(pair, each, way))
+    kept = descend(pair, T_guess, others)
+    best, votes = _slid(pair, kept, way), None
+    for sweep in _as_it_may_smear(pair.sweep, descent, kept, way):
+        votes = _votes(pair, best, way) if votes is None else votes
+        swept = pair._replace(sweep=sweep)
+        found = _slid(swept, descend(swept, T_guess, others), way)
+        more = _votes(pair, found, way)
+        if more > SURER * votes:
+            best, votes = found, more
+    return best
 
 
 def seen_there(pair: Pair, descent: Descent) -> Observability:
@@ -85,15 +96,32 @@ def _where(pair: Pair, descent: Descent) -> Pair:
     return pair.moved_by(descent.sweep).around(descent.solution.transform)
 
 
-def _as_it_may_move(pair: Pair, descent: Descent) -> list[Pair]:
-    """Return the pair; and, where nothing was known of its sweep's motion, as a descent found it.
+def _as_it_may_smear(
+    sweep: Sweep | None, descent: Descent, kept: Descent, way: Point
+) -> Iterator[Sweep]:
+    """Yield a sweep of which nothing was known as a descent found it, and as surfaces vote.
 
     A smear along a way hides what lies across it; what little holds the way may mislead.
+
+    Args:
+        sweep: where descents begin.
+        descent: along all motions.
+        kept: without the way.
+        way: (3,), the direction.
     """
-    sweep, found = pair.sweep, descent.sweep
-    if sweep is None or found is None or not sweep.is_solved or sweep.given is not None:
-        return [pair]
-    return [pair, pair._replace(sweep=sweep._replace(twist=found.twist))]
+    if sweep is None or descent.sweep is None or not sweep.is_unknown:
+        return
+    yield sweep._replace(twist=descent.sweep.twist)
+    if kept.cost is None or kept.moving is None or kept.first is None:
+        return  # it was late
+    T, found, balls = kept.solution.transform, kept.moving.sweep, kept.cost.balls
+    target, source = (own_surfaces(cloud, SURFACE) for cloud in balls.clouds)
+    parts = kept.moving.times_of_centres(T, PARTS)[1][source[2]]
+    reach = balls.radius, REACH * kept.first.radius
+    smear = smear_along(target[:2], (*source[:2], parts), T, way, reach, found.fraction)
+    assert found.twist is not None, 'it was solved'
+    speed = smear / (found.end - found.begin) * way @ T[:3, :3]
+    yield sweep._replace(twist=found.twist + np.concatenate([np.zeros(3), speed]))
 
 
 def _weak_direction(seen: Observability) -> tuple[int, Point] | None:
@@ -125,12 +153,11 @@ def _is_doubtful(pair: Pair, descent: Descent, way: Point) -> bool:
     return is_locked(0.0) or (slide.is_clear() and abs(slide.way) > balls.radius)
 
 
-def _slid(pair: Pair, T_guess: Transform, others: Twists, way: Point) -> Found:
+def _slid(pair: Pair, kept: Descent, way: Point) -> Found:
     """Return the `Descent` to where what lies across a way coincides; else with it as guessed.
 
-    others: (6, n), the motions that are held, but for that one.
+    kept: gone through without that way.
     """
-    kept = descend(pair, T_guess, others)
     if kept.cost is None:
         return kept, None
     T, radius = kept.solution.transform, kept.cost.balls.radius
@@ -165,7 +192,7 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
     ways = way, way @ T[:3, :3]
     reach = max(np.ptp(usual(cloud.points) @ w) for cloud, w in zip(balls.of, ways, strict=True))
     place = T, way, balls.radius, float(reach)  # a better way is a rival, however far
-    target, source = (own_surfaces(cloud, SURFACE) for cloud in balls.clouds)
+    target, source = (own_surfaces(cloud, SURFACE)[:2] for cloud in balls.clouds)
     slide = slide_along(target, source, *place)
     lines, source_lines = (
         pattern_lines(cloud, [(each.clouds[side], each.radius) for each in wider])

@@ -75,11 +75,12 @@ def solved_sweep(niches, speed, rings=32):
     return register(target, Cloud(points, times), guess, config), truth
 
 
-def test_of_a_sweep_through_niches_pose_and_speed_are_found_from_no_motion():
-    result, truth = solved_sweep([-14.0, -5.0, 7.0, 12.5], speed=10.0)
+@pytest.mark.parametrize(('speed', 'rings'), [(10.0, 32), (15.0, 64)])
+def test_of_a_sweep_through_niches_pose_and_speed_are_found_from_no_motion(speed, rings):
+    result, truth = solved_sweep([-14.0, -5.0, 7.0, 12.5], speed, rings)
     assert result.assessment.verdict is Verdict.ALIGNED
     np.testing.assert_allclose(result.T_target_source[:3, 3], truth[:3, 3], atol=0.03)
-    assert result.twist[0] == pytest.approx(10.0, abs=1.5)
+    assert result.twist[0] == pytest.approx(speed, abs=1.5)
 
 
 def test_where_nothing_tells_the_speed_the_covariance_knows_of_the_bow_that_is_missed():

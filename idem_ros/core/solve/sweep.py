@@ -71,6 +71,11 @@ class Sweep(NamedTuple):
         """The reference's place in the sweep: 0 at its begin, 1 at its end."""
         return (self.reference - self.begin) / (self.end - self.begin)
 
+    @property
+    def is_unknown(self) -> bool:
+        """Whether its motion is solved, and nothing was known of it."""
+        return self.is_solved and self.given is None
+
     def twist_of_frame(self) -> Floats | None:
         """Return the twist (6,), x y z rx ry rz a second, of the source frame."""
         if self.twist is None:

@@ -31,7 +31,7 @@ def pattern_lines(
     places, along = _lines(cloud)
     facing, found = np.zeros_like(places), np.zeros(len(places), bool)
     for each, radius in wider:
-        means, normals = own_surfaces(each, PLAIN)
+        means, normals, _ = own_surfaces(each, PLAIN)
         if not len(means) or not len(places):
             continue
         which, away = _nearest(places, means)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Point, Points, Transform
+from idem_ros.core.arrays import Floats, Indices, Integers, Point, Points, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.trust.surfaces import ACROSS
@@ -18,6 +18,7 @@ from idem_ros.core.trust.surfaces import ACROSS
 ALIKE = 0.8  # least cosine between two normals
 BIN, BLUR = 0.075, (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25)  # of the radius; weights of bins
 MOST = 2000  # surfaces of either cloud
+PARTS = 32  # of a sweep: surfaces of like times are moved together
 MOST_WAYS = 1 << 18  # to either side: 20 000 radii, where the clouds of no scan reach so far
 # Without a rival, bare tunnels, facades and planes give up to 8 votes where no pattern coincides,
 # and with one 18 (`python -m benchmarks tunnels`).
@@ -74,32 +75,94 @@ def slide_along(
         radius: how far beside the way two surfaces may lie.
         reach: how far to either side at most, in the clouds' unit.
     """
-    R = T_target_source[:3, :3]
-    source = se3.transform_points(T_target_source, source[0]), source[1] @ R.T
-    (here, more), (there, more_there) = (_across(*each, direction) for each in (target, source))
     width = BIN * radius
-    votes = np.zeros(2 * int(min(np.ceil(reach / width), MOST_WAYS)) + 1)
-    _vote(here, there, np.ascontiguousarray(direction), radius, width, votes)
-    votes = more * more_there * np.convolve(votes, BLUR, 'same')
+    nobody = np.zeros(len(source[0]), np.int64)
+    votes = _votes(target, (*source, nobody), T_target_source, direction, (radius, reach), 1)
+    votes = np.convolve(votes[0], BLUR, 'same')
     best = int(np.argmax(votes))
     apart = np.abs(np.arange(len(votes)) - best) * width > 2.0 * radius
     rival = float(votes[apart].max(initial=0.0))
     return Slide((best - len(votes) // 2) * width, float(votes[best]), rival, votes, width)
 
 
-def _across(points: Points, normals: Points, direction: Point) -> tuple[Floats, float]:
-    """Return place and normal (n, 6) of surfaces across a direction, and what each stands for."""
+def smear_along(
+    target: tuple[Points, Points],
+    source: tuple[Points, Points, Integers],
+    T_target_source: Transform,
+    direction: Point,
+    reach: tuple[float, float],
+    fraction: float,
+) -> float:
+    """Return how far a sensor went along a direction during its sweep, beside what was undone.
+
+    Surfaces of each part of the sweep vote on their own. Of all ways and smears, it is the smear
+    by which the parts agree best.
+
+    Args:
+        target, T_target_source, direction: as of `slide_along`.
+        source: likewise, and which of `PARTS` of the sweep each surface is of, (n,).
+        reach: the radius, and how far the way and the smear reach to either side at most.
+        fraction: the place in the sweep of the instant that the pose is of, 0 to 1.
+    """
+    votes = _votes(target, source, T_target_source, direction, reach, PARTS)
+    steps = votes.shape[1] // 2
+    after = (np.arange(PARTS) + 0.5) / PARTS - fraction
+    smears = range(-steps, steps + 1, 2)  # [bins]: one apart at the ends of the sweep
+    most = [np.convolve(_sheared(votes, smear * after), BLUR, 'same').max() for smear in smears]
+    return BIN * reach[0] * smears[int(np.argmax(most))]
+
+
+def _sheared(votes: Floats, by: Floats) -> Floats:
+    """Return the sum of the rows of votes, each brought forward by so many bins."""
+    total, size = np.zeros(votes.shape[1]), votes.shape[1]
+    steps: list[int] = np.round(by).astype(int).tolist()
+    for row, bins in zip(votes, steps, strict=True):
+        low, high = max(bins, 0), size + min(bins, 0)
+        total[low - bins : high - bins] += row[low:high]
+    return total
+
+
+def _votes(
+    target: tuple[Points, Points],
+    source: tuple[Points, Points, Integers],
+    T_target_source: Transform,
+    direction: Point,
+    reach: tuple[float, float],
+    count: int,
+) -> Floats:
+    """Return the votes (count, 2 K + 1) for each way, of surfaces of each part of the source."""
+    (radius, farthest), (places, normals, parts) = reach, source
+    placed = se3.transform_points(T_target_source, places), normals @ T_target_source[:3, :3].T
+    here, more, _ = _across(*target, direction)
+    there, more_there, some = _across(*placed, direction)
+    width = BIN * radius
+    votes = np.zeros((count, 2 * int(min(np.ceil(farthest / width), MOST_WAYS)) + 1))
+    _vote(here, (there, parts[some]), np.ascontiguousarray(direction), radius, width, votes)
+    return more * more_there * votes
+
+
+def _across(points: Points, normals: Points, direction: Point) -> tuple[Floats, float, Indices]:
+    """Return surfaces across a direction: place and normal (n, 6), what each stands for, which."""
     across = np.flatnonzero(np.abs(normals @ direction) > ACROSS)
     some = across[:: max(len(across) // MOST, 1)]
-    return np.hstack([points[some], normals[some]]), len(across) / max(len(some), 1)
+    return np.hstack([points[some], normals[some]]), len(across) / max(len(some), 1), some
 
 
 @kernel
 def _vote(
-    here: Floats, there: Floats, u: Point, radius: float, width: float, votes: Floats
+    here: Floats,
+    source: tuple[Floats, Integers],
+    u: Point,
+    radius: float,
+    width: float,
+    votes: Floats,
 ) -> None:
-    """Add each pair's vote to the bin of the way that brings the source's surface to the other."""
-    middle = len(votes) // 2
+    """Add each pair's vote to the bin of the way that brings the source's surface to the other.
+
+    In the row of its part.
+    """
+    middle = votes.shape[1] // 2
+    there, part = source
     a: Floats
     b: Floats
     for i in range(len(here)):
@@ -115,6 +178,6 @@ def _vote(
                 continue
             way = (x * a[3] + y * a[4] + z * a[5]) / ha
             k = int(np.floor(way / width + 0.5)) + middle
-            if abs(way - along) < radius and 0 <= k < len(votes):
+            if abs(way - along) < radius and 0 <= k < votes.shape[1]:
                 hb = b[3] * u[0] + b[4] * u[1] + b[5] * u[2]
-                votes[k] += abs(ha * hb)
+                votes[part[j], k] += abs(ha * hb)

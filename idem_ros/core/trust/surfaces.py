@@ -76,18 +76,22 @@ def surfaces(
     )
 
 
-def own_surfaces(cloud: Neighbourhoods, shape: tuple[float, float]) -> tuple[Points, Points]:
-    """Return mean and normal (n, 3) of those balls of a cloud that hold a surface of its own.
+def own_surfaces(
+    cloud: Neighbourhoods, shape: tuple[float, float]
+) -> tuple[Points, Points, Indices]:
+    """Return those balls of a cloud that hold a surface of its own: mean, normal (n, 3), which.
 
     Normals point away from the cloud's middle: a wall is seen from one side.
     """
-    found = _own_surfaces(cloud.grid.points, cloud.own, shape)
-    return found[:, :3], found[:, 3:]
+    found, which = _own_surfaces(cloud.grid.points, cloud.own, shape)
+    return found[:, :3], found[:, 3:], which
 
 
 @kernel
-def _own_surfaces(centres: Points, own: MomentRows, shape: tuple[float, float]) -> Floats:
-    rows, n = np.empty((len(own), 6)), 0
+def _own_surfaces(
+    centres: Points, own: MomentRows, shape: tuple[float, float]
+) -> tuple[Floats, Integers]:
+    rows, which, n = np.empty((len(own), 6)), np.empty(len(own), np.int64), 0
     for i in range(len(own)):
         if own[i, 0] < LEAST_MEMBERS:
             continue
@@ -101,8 +105,9 @@ def _own_surfaces(centres: Points, own: MomentRows, shape: tuple[float, float]) 
             outwards += rows[n, k] * normal[k]
         for k in range(3):
             rows[n, 3 + k] = normal[k] if outwards >= 0.0 else -normal[k]
+        which[n] = i
         n += 1
-    return rows[:n]
+    return rows[:n], which[:n]
 
 
 class _Planes(NamedTuple):

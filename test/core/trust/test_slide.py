@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from idem_ros.core.trust.slide import MOST_WAYS, Slide, slide_along
+from idem_ros.core.trust.slide import MOST_WAYS, PARTS, Slide, slide_along, smear_along
 
 AHEAD = np.array([1.0, 0.0, 0.0])
 RADIUS = 0.5
@@ -53,3 +53,17 @@ def test_the_ways_of_clouds_of_any_extent_are_bounded():
     found = slide([(0.0, 0.0), (9.0, 0.0)], [(0.0, 0.0)], reach=1e15)
     assert len(found.of_each) <= 2 * MOST_WAYS + 1
     assert found.votes > 0.0
+
+
+@pytest.mark.parametrize('fraction', [0.0, 0.5])
+@pytest.mark.parametrize('smear', [-3.0, 0.0, 2.0])
+def test_plates_seen_at_unlike_times_tell_how_far_the_sensor_went(smear, fraction):
+    places = [(0.0, 0.0), (2.0, 4.0), (7.0, -4.0), (-5.0, 8.0)]
+    parts = np.array([2, 11, 20, 30])
+    after = (parts + 0.5) / PARTS - fraction
+    seen = [(x - 1.5 - smear * s, y) for (x, y), s in zip(places, after, strict=True)]
+    of_each = np.repeat(parts, 25)
+    source = *plates(seen), of_each
+    reach = RADIUS, 6.0
+    found = smear_along(plates(places), source, np.eye(4), AHEAD, reach, fraction)
+    assert found == pytest.approx(smear, abs=0.15 * RADIUS + 0.02)
