@@ -165,7 +165,8 @@ class Refiner:
         def find(begin, end):
             return self._motion.track(config.motion, asked, begin, end)
 
-        return undoing_of(source, asked.T_guess, config, find, self._method.solves_motion)
+        given = source, asked.T_guess, config, find, self._method.solves_motion
+        return undoing_of(*given, self._motion.middle)
 
     def _target_cloud(self, asked, target, undoing, config) -> Cloud | MapCloud:
         """Return what a target is; a scan is undone by what was found of its sweep."""

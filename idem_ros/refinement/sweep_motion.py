@@ -61,13 +61,14 @@ class SweepMotion:
 
     Attributes:
         imu_said: (what the IMU told for the last track or None, and the same in words).
+        middle: of the last sweep, in seconds after its stamp.
     """
 
     def __init__(self):
         self._results = deque(maxlen=2)
         self._scans = deque(maxlen=SCANS_KEPT)
         self._last_stamp = None
-        self.imu_said = None, ''
+        self.imu_said, self.middle = (None, ''), 0.0
 
     def track(self, kind, asked, begin, end):
         """Return the `Track` of a source's sweep.
@@ -130,6 +131,7 @@ class SweepMotion:
         """Go on from the `Undoing` of a source and what came of its registration."""
         stamp, track = asked.pair.stamp, undoing.track_found(result)
         middle, T_middle = undoing.to_middle(result)
+        self.middle = middle
         if result.is_usable:
             T = result.T_target_source @ T_middle
             target = None if asked.step is None else self._scan(stamp - asked.step)

@@ -32,7 +32,7 @@ class Undoing:
     track: Track | None = None
     """What is undone, or a solve starts from."""
     middle: float = 0.0
-    """Of the sweep, in seconds after the stamp; 0 where no motion is to be undone."""
+    """Of the sweep, in seconds after the stamp: as its points say, or those of the one before."""
 
     def track_found(self, result):
         """Return the `Track` of the sweep after its registration; None: it is not known."""
@@ -62,7 +62,7 @@ class Undoing:
         return replace(refinement, took_part=took_part)
 
 
-def undoing_of(source, T_guess, config, find, solves=True):
+def undoing_of(source, T_guess, config, find, solves=True, usual_middle=0.0):
     """Return the `Undoing` of a source.
 
     Args:
@@ -71,12 +71,14 @@ def undoing_of(source, T_guess, config, find, solves=True):
         config: `RegistrationConfig`, whose `motion` says what is undone.
         find: returns its `Track`, given begin and end of its times [s]; raises `UnknownMotion`.
         solves: whether what registers can solve for a motion.
+        usual_middle: of sweeps of its stream [s after the stamp], where its points have no times.
     """
     if config.motion == 'none':
         return Undoing(source, T_guess, config)
     still = replace(config, motion='none')
     if source.times is None:
-        return _not_undone(source, T_guess, still, 'the source has no times of its points', 0.0)
+        why = 'the source has no times of its points'
+        return _not_undone(source, T_guess, still, why, usual_middle)
     begin, end = float(source.times.min()), float(source.times.max())
     middle = (begin + end) / 2
     reference = reference_time(source.times, config.motion_reference)

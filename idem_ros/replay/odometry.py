@@ -52,6 +52,7 @@ class Odometry:
         self.times_said = TimesSaid()
         self._T_odom_last = np.eye(4)
         self._middles = deque(maxlen=2)  # (instant [ns], pose in odom): of a sweep its middle
+        self._usual_middle = 0.0  # of the last sweep [s after its stamp]
         self._first: Scan | None = None  # the first scan, until the second tells how it moved
         self._map = deque(maxlen=1 if settings.sequence == SCAN else SCANS_KEPT)
 
@@ -110,8 +111,10 @@ class Odometry:
             return track
 
         self.times_said.news(source=scan.cloud.read.times)
-        given = self.settings.config, find, self.method.solves_motion
-        return undoing_of(scan.cloud.cloud, T_guess, *given)
+        given = self.settings.config, find, self.method.solves_motion, self._usual_middle
+        undoing = undoing_of(scan.cloud.cloud, T_guess, *given)
+        self._usual_middle = undoing.middle
+        return undoing
 
     def _last_track(self):
         """Return the `Track` of the last motion, which goes on.

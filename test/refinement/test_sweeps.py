@@ -140,6 +140,16 @@ def test_the_motion_from_one_usable_result_to_the_next_goes_on(rng):
         np.testing.assert_allclose(found[k].result.twist, TWIST, atol=0.1)
 
 
+def test_a_sweep_without_times_is_where_it_was_found_at_the_middle_that_others_have(rng):
+    refiner, target = Refiner(replace(CONFIG, motion='last')), map_message(rng)
+    for k in range(8):
+        stamp = START + k * PERIOD
+        pair = pair_at(rng, driven, EVERY_20_MS, stamp, target, timed=k != 6)
+        result = refiner.refine(pair).result
+        assert (result.twist is None) == (k in (0, 1, 6))
+    assert np.linalg.norm(result.twist[:3] - TWIST[:3]) < 0.4  # twice as fast by its stamp
+
+
 def test_a_motion_from_long_ago_is_none(rng):
     refiner, target = Refiner(replace(CONFIG, motion='last')), map_message(rng)
     for k in (0, 1, 14):
