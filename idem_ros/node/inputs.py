@@ -23,7 +23,8 @@ from idem_ros.node.next_target import NextTarget
 from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import Subscriptions, require_messages
 from idem_ros.node.traffic import Traffic
-from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
+from idem_ros.node.waiting import unheard_click, why_time_stands_still
+from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.map_config import REPLACE, MapConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.pairing import Pairing
@@ -51,6 +52,7 @@ class Inputs:
         on_jump: called with how far [ns] a clock was set back.
         map_config: `MapConfig`; None: its defaults.
         prepare: prepares a target for those who refine, see `NextTarget`; None: it is not done.
+        expect: called with each other target.
 
     Attributes:
         pairing: makes the pairs.
@@ -69,6 +71,7 @@ class Inputs:
         on_jump: Callable[[int], None],
         map_config: MapConfig | None = None,
         prepare: Callable[[Any], None] | None = None,
+        expect: Callable[[Any], None] = lambda target: None,
     ):
         self._node = node
         self._traffic = traffic
@@ -84,7 +87,7 @@ class Inputs:
         self.unheard: list[str] = []
         self.hearing = Hearing(node.get_logger())
         self._lock = threading.RLock()  # around the pairing
-        self._receipts: deque[tuple[int, float]] = deque(maxlen=RECEIPTS_KEPT)
+        self._expect, self._receipts = expect, deque[tuple[int, float]](maxlen=RECEIPTS_KEPT)
         self._jumps_told = 0
         self._hindrance = ''
         self._clock_watch: Any = None
@@ -115,7 +118,8 @@ class Inputs:
             **dict.fromkeys(('initial_guess', 'initial_pose', 'tf'), self.pairing.add_guess),
         }
         callbacks = {name: self._taking(name, add) for name, add in receivers.items()}
-        callbacks['target'] = self._taking_target(callbacks['target'])
+        role = 'source' if self.are_one else 'target'
+        callbacks[role] = self._taking_target(callbacks[role])
         self.subscriptions = Subscriptions(self._node, config, callbacks, self._traffic.note_lost)
         self._clock_watch = ClockWatch(self._node, self._on_set_back)
         wall = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
@@ -187,21 +191,11 @@ class Inputs:
             names.update(GUESSES)
         if self.are_one and 'target' in names:
             names.add('source')
-        click = self._unheard_click() if 'initial_guess' in names else ''
-        reasons = [why, self._why_time_stands_still(), self._hindrance, click, *self.unheard]
+        guess_type = self.pairing.guess_type if 'initial_guess' in names else ''
+        click = unheard_click(self._node, guess_type)
+        reasons = [why, why_time_stands_still(self._node), self._hindrance, click, *self.unheard]
         waits = f'waiting for {missing} ({self.subscriptions.in_words(names)})'
         return '; '.join([waits, *filter(None, reasons)])
-
-    def _unheard_click(self) -> str:
-        topic = self._node.resolve_topic_name(POSE_INPUTS['initial_pose'].name)
-        if self.pairing.guess_type in FOLLOWING or not self._node.count_publishers(topic):
-            return ''
-        return f'{topic} is published, which initial_guess.type initial_pose would listen to'
-
-    def _why_time_stands_still(self) -> str:
-        clock: Any = self._node.get_clock()  # a ROSClock
-        stands = clock.ros_time_is_active and clock.now().nanoseconds == 0
-        return 'use_sim_time is true, and /clock has not come' if stands else ''
 
     def _attend(self) -> None:
         """Do what no message brings about."""
@@ -249,15 +243,16 @@ class Inputs:
             self._on_pair(pair, self._receipt_of(pair.source))
 
     def _taking_target(self, take: Callable) -> Callable:
-        """Return what takes a target: a large one once it is prepared, if another serves."""
+        """Return what takes targets and has them prepared: large ones before, if one serves."""
 
         def on_message(message):
             with self._lock:
                 is_served = self.pairing.has_target() and self._map_config.target_mode == REPLACE
-            if not (is_served and self._next.takes(message)):
-                take(message)
-            else:
+            if is_served and not self.are_one and self._next.takes(message):
                 self._note('target', message)
+            else:
+                take(message)
+                self._expect(message)
 
         return on_message
 

@@ -67,6 +67,7 @@ class LiveRegistration:
             self._on_jump,
             self._parameters.read()[MapConfig],
             lambda target: self.refining.refiner.prepare(target),
+            lambda target: self.refining.expect(target),
         )
         self.refining = Refining(
             self.inputs,

@@ -71,17 +71,18 @@ class Outputs:
 
         Of a pose that was audited it is q_tot alone.
         """
+        is_wanted = refinement.result.is_usable or self._config.publish != ALIGNED
+        if refinement.result.status is not Status.AUDITED and is_wanted:
+            self._publish_pose(refinement)  # first: somebody waits for it
         self._publishers['q_tot'].publish(q_tot_message(refinement))
-        usable = refinement.result.is_usable
-        is_wanted = usable or self._config.publish != ALIGNED
-        if refinement.result.status is Status.AUDITED or not is_wanted:
-            return
+
+    def _publish_pose(self, refinement: Refinement) -> None:
         said = refinement.result.assessment
         transform = transform_message(refinement)
         self._publishers['transform'].publish(transform)
         pose = pose_message(refinement, covariance=said.covariance if said else None)
         self._publishers['pose_with_covariance'].publish(pose)
-        if self._config.publish_tf and usable:
+        if self._config.publish_tf and refinement.result.is_usable:
             self._broadcast(transform)
 
     def _broadcast(self, transform) -> None:

@@ -9,6 +9,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
+from idem_ros.core import IdemError
 from idem_ros.node.control import Answer, answered
 from idem_ros.node.rates import Utilisation
 from idem_ros.node.worker import LatestOnlyWorker
@@ -99,6 +100,11 @@ class Refining:
         self._newest = Job(pair, received)
         self._worker.submit(self._newest)
 
+    def expect(self, target: Any) -> None:
+        """Prepare a target before a source is paired with it, if there is nothing else to do."""
+        if self._worker is not None:
+            self._worker.when_idle(lambda: self._prepare(target))
+
     def pause(self, is_paused: bool) -> None:
         """Leave the newest pair unrefined from now on, or go on with it."""
         self.is_paused = is_paused
@@ -122,6 +128,15 @@ class Refining:
     def forget_newest(self) -> None:
         """Have no newest pair: a clock was set back."""
         self._newest = None
+
+    def _prepare(self, target: Any) -> None:
+        self._utilisation.begin(time.monotonic())
+        try:
+            self.refiner.expect(target)
+        except IdemError:
+            pass  # said of the source that it is paired with
+        finally:
+            self._utilisation.end(time.monotonic())
 
     def _turn(self, job: Any) -> Answer:
         self._utilisation.begin(time.monotonic())

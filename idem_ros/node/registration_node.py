@@ -1,6 +1,7 @@
 """Run a node as a process: `ros2 run idem_ros idem_node`, or one of the others."""
 
 import argparse
+import gc
 import sys
 from contextlib import suppress
 from itertools import pairwise
@@ -111,6 +112,8 @@ def _spin(node) -> None:
 
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    gc.collect()
+    gc.freeze()  # else each full collection looks at all that was imported: a scan waits 50 ms
     try:
         while not is_asked_for():
             executor.spin_once(timeout_sec=LONGEST_WAIT)

@@ -33,6 +33,7 @@ class LatestOnlyWorker:
         self._changed = threading.Condition()
         self._newest: Any = _NOTHING
         self._tasks: deque[tuple[Future, Callable[[], Any]]] = deque()
+        self._when_idle: Callable[[], Any] | None = None
         self._is_paused = is_paused
         self._stopping = False
         self._dropped = 0
@@ -95,6 +96,15 @@ class LatestOnlyWorker:
                 self._changed.notify()
         return future
 
+    def when_idle(self, task: Callable[[], Any]) -> None:
+        """Call something in the thread once nothing else is due, unless a newer one comes first.
+
+        What it raises is logged.
+        """
+        with self._changed:
+            self._when_idle = task
+            self._changed.notify()
+
     def stop(self) -> None:
         """Let the work under way end, drop what waits, and join the thread. May be repeated."""
         with self._changed:
@@ -116,19 +126,25 @@ class LatestOnlyWorker:
     def _next_step(self) -> Callable[[], None] | None:
         with self._changed:
             self._is_busy = False
-            self._changed.wait_for(lambda: self._stopping or self._tasks or self._is_due())
+            self._changed.wait_for(
+                lambda: self._stopping or self._tasks or self._is_due() or self._when_idle
+            )
             self._is_busy = not self._stopping
             if self._stopping:
                 return None
             if self._tasks:
                 future, task = self._tasks.popleft()
                 return lambda: _settle(future, task)
-            item, self._newest = self._newest, _NOTHING
-            return lambda: self._do(item)
+            if self._is_due():
+                item, self._newest = self._newest, _NOTHING
+                return lambda: self._do(lambda: self._work(item))
+            idle, self._when_idle = self._when_idle, None
+            assert idle is not None, 'what else it would have waited for'
+            return lambda: self._do(idle)
 
-    def _do(self, item: Any) -> None:
+    def _do(self, step: Callable[[], Any]) -> None:
         try:
-            self._work(item)
+            step()
         except Exception:  # nobody is left to tell; the next input may fare better
             LOG.exception('the work on an input failed')
 

@@ -28,6 +28,7 @@ class PreparedTargets:
     def __init__(self):
         self._kept = ()  # of ((message, settings of clouds), prepared), the newest last
         self._wide: Any = None, None  # a prepared scan that turned out to be a map, and that
+        self._may_expect = True
         self._used, self._uses, self._is_stream = None, 0, False
 
     @property
@@ -45,6 +46,10 @@ class PreparedTargets:
         Raises:
             UnusableTarget: it cannot be used.
         """
+        self._may_expect = True
+        return self._of(message, of_clouds)
+
+    def _of(self, message, of_clouds):
         for (kept, of), target in self._kept:
             if kept is message and of == of_clouds:
                 return target
@@ -55,6 +60,25 @@ class PreparedTargets:
         others = [each for each in self._kept if each[0][0] is not message]
         self._kept = (*others[1 - KEPT :], ((message, of_clouds), target))
         return target
+
+    def expect(self, message, of_clouds):
+        """Prepare a target that no source was paired with yet: one after each that was asked for.
+
+        Of many that come for nothing few are so prepared.
+
+        Args:
+            message, of_clouds: see `of`.
+
+        Returns:
+            Its cloud; None where it is not prepared.
+
+        Raises:
+            UnusableTarget: it cannot be used.
+        """
+        if not self._may_expect:
+            return None
+        self._may_expect = False
+        return self._of(message, of_clouds).cloud
 
     def cloud_for(self, target, source, frames):
         """Return what a source is registered to: a map, where most of it lies beyond the source.

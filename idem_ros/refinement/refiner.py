@@ -13,6 +13,7 @@ from idem_ros.core import (
     q_tot,
     register,
 )
+from idem_ros.core.config import AUTO
 from idem_ros.core.geometry.undistortion import reference_time
 from idem_ros.core.maps.target import in_reach
 from idem_ros.pairing.targets import LEAST_POINTS, UnusableTarget
@@ -149,6 +150,20 @@ class Refiner:
         if isinstance(target.cloud, MapCloud) and before is not None:
             # what scans reach of a map is prepared when one is registered to it
             register(target.cloud, *before, replace(config, motion='none'))
+
+    def expect(self, target):
+        """Read and prepare a scan that may be the next target; one after each refinement.
+
+        Raises:
+            UnusableTarget: it cannot be used.
+        """
+        config, of_clouds = self._configs
+        expected = self._targets.expect(target, of_clouds)
+        if isinstance(expected, Cloud) and config.motion == 'none':
+            if config.voxel_size == AUTO:
+                expected.voxel_fit()
+            elif config.voxel_size is not None:
+                expected.reduced(config.voxel_size)
 
     def _guess_of(self, pair, frames, target, source):
         T = self._last.guess_for(pair, _lineage(pair, frames))

@@ -200,3 +200,21 @@ def test_a_thousand_starts_and_stops_leave_no_thread_and_lose_no_count():
         taken, dropped = taken + len(results), dropped + worker.dropped
     assert taken + dropped == 2000
     assert threading.active_count() == before
+
+
+def test_what_is_left_for_idle_times_waits_for_inputs_and_a_newer_one_takes_its_place(recorder):
+    r = recorder()
+    ended = threading.Event()
+    r.worker.submit('under way')
+    assert r.started.acquire(timeout=LONG)
+    r.worker.when_idle(lambda: r.results.append('older'))
+    r.worker.when_idle(lambda: (r.results.append('idle'), ended.set()))
+    r.worker.submit('next')
+    r.run_next()
+    r.run_next()
+    assert ended.wait(LONG)
+    assert [each[0] if isinstance(each, tuple) else each for each in r.results] == [
+        'under way',
+        'next',
+        'idle',
+    ]

@@ -112,17 +112,11 @@ def checked_points(points: Any) -> Points:
 @kernel
 def finite_points(points: Points) -> tuple[Mask, Points]:
     """Return which rows are finite and no farther than any measurement, and these rows."""
-    finite = np.empty(points.shape[0], np.bool_)
+    finite, kept = np.empty(points.shape[0], np.bool_), np.empty(points.shape)
     n = 0
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         finite[i] = abs(x) < FARTHEST and abs(y) < FARTHEST and abs(z) < FARTHEST
+        kept[n, 0], kept[n, 1], kept[n, 2] = x, y, z  # the next takes the place of what is not
         n += finite[i]
-    kept = np.empty((n, 3))
-    n = 0
-    for i in range(points.shape[0]):
-        if finite[i]:
-            for c in range(3):
-                kept[n, c] = points[i, c]
-            n += 1
-    return finite, kept
+    return finite, kept[:n]
