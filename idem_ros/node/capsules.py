@@ -37,6 +37,8 @@ class Capsules:
     def configure(self, configs: dict[type, Any]) -> None:
         """Take other parameters, {type: configuration}, from the next source on."""
         self._configs = configs
+        if configs[CapsuleConfig].folder:
+            _writing()  # now, not beside a refinement
 
     def offer(
         self, pair: Pair, refinement: Refinement | None, reason: str, diagnostics: Iterable[tuple]
@@ -64,13 +66,9 @@ class Capsules:
             self._worker = None
 
     def _write(self, job: tuple) -> None:
-        # only who keeps capsules pays for rosbags and the results' schema
-        from idem_ros.capsules.capsule import Seen
-        from idem_ros.capsules.folder import keep
-        from idem_ros.replay.settings import Settings
-
+        seen_as, keep, settings_of = _writing()
         configs, pair, refinement, reason, diagnostics = job
-        settings = Settings(
+        settings = settings_of(
             configs[RegistrationConfig],
             configs[PreprocessingConfig],
             configs[PairingConfig],
@@ -78,7 +76,7 @@ class Capsules:
             configs[PointTimeConfig],
         )
         config = configs[CapsuleConfig]
-        seen = Seen(pair, settings, refinement, reason, diagnostics)
+        seen = seen_as(pair, settings, refinement, reason, diagnostics)
         try:
             path = keep(config.folder, seen, config.most, config.most_mb * MB)
             self._logger.debug(f'kept as {path}')
@@ -90,6 +88,17 @@ class Capsules:
         if now - self._said_at >= QUIET:
             self._said_at = now
             self._logger.warning(text)
+
+
+def _writing() -> tuple[Any, Any, Any]:
+    """Return what writes capsules: who keeps none does not pay for rosbags and the schema."""
+    from idem_ros.capsules.capsule import Seen
+    from idem_ros.capsules.folder import keep
+    from idem_ros.recording.messages import typestore
+    from idem_ros.replay.settings import Settings
+
+    typestore()
+    return Seen, keep, Settings
 
 
 def is_wanted(when: str, refinement: Refinement | None) -> bool:

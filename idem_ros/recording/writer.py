@@ -1,6 +1,7 @@
 """Write a bare MCAP that rosbag2, Foxglove and rosbags open, the same bytes every time."""
 
 import struct
+from functools import cache
 from itertools import chain
 
 from mcap.exceptions import McapError
@@ -86,10 +87,14 @@ def _attach(writer, name, media_type, content):
 
 
 def _register(writer, topic, msgtype):
-    definition, _ = typestore().generate_msgdef(msgtype, ros_version=2)
-    schema = writer.register_schema(msgtype, 'ros2msg', definition.encode())
-    metadata = {
-        'offered_qos_profiles': OFFERED_QOS,
-        'topic_type_hash': typestore().hash_rihs01(msgtype),
-    }
+    definition, type_hash = _type(msgtype)
+    schema = writer.register_schema(msgtype, 'ros2msg', definition)
+    metadata = {'offered_qos_profiles': OFFERED_QOS, 'topic_type_hash': type_hash}
     return writer.register_channel(topic, 'cdr', schema, metadata)
+
+
+@cache
+def _type(msgtype):
+    """Return the definition of a type, and its hash."""
+    definition, _ = typestore().generate_msgdef(msgtype, ros_version=2)
+    return definition.encode(), typestore().hash_rihs01(msgtype)

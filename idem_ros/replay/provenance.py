@@ -3,6 +3,7 @@
 import json
 import platform
 from dataclasses import asdict
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from idem_ros.maps.tile_index import map_files
@@ -59,6 +60,7 @@ def as_metadata(record):
     }
 
 
+@cache  # a capsule a second asks, and every answer is read from a file
 def _version(package):
     try:
         return version(package)
