@@ -1,5 +1,8 @@
-"""The layouts that are shipped name topics, statuses and values that the node publishes."""
+"""The layouts that are shipped, held to messages: of the node, of a replay, of a capsule."""
 
+from node_bench import FIRST, send
+
+# isort: split
 import json
 import re
 from pathlib import Path
@@ -8,54 +11,88 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import yaml
-from clouds import surface
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from recordings import scans
+from sensor_msgs.msg import PointCloud2
 
-from idem_ros.core import register
+from idem_ros.commands.main import main
 from idem_ros.node.interface import INPUTS, OUTPUTS
-from idem_ros.node.traffic import Traffic
-from idem_ros.refinement.diagnostics import refinement_values
-from idem_ros.refinement.outcome import Refinement
+from idem_ros.recording.writer import write_mcap
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
-NODE = '/idem_node'
-PATH = re.compile(
-    r'(?P<topic>/\w+)\.status\[:\]\{name=="(?P<name>[^"]+)"\}'
-    r'\.values\[:\]\{key=="(?P<key>\w+)"\}\.value'
-)
+LAYOUT = json.loads((CONFIG / 'foxglove_layout.json').read_text())
+FOXGLOVE = LAYOUT['configById']
+PATH = re.compile(r'(/\w+)\.status\[:\]\{name=="(.+?)"\}\.values\[:\]\{key=="(\w+)"\}\.value')
+PATHS = [
+    path['value']
+    for panel in FOXGLOVE.values()
+    for path in panel.get('paths', ())
+    if isinstance(panel.get('paths'), list)
+]
+
+
+def decoded(path):
+    """Return {topic: [message]} of an MCAP, as Foxglove's own reader has them."""
+    with path.open('rb') as stream:
+        reader, found = make_reader(stream, decoder_factories=[DecoderFactory()]), {}
+        for _, channel, _, message in reader.iter_decoded_messages():
+            found.setdefault(channel.topic, []).append(message)
+        return found
+
+
+@pytest.fixture
+def live(bench, clouds, tmp_path):
+    """{topic: [message]} of the node while it refines, and the capsule that it wrote."""
+    folder = tmp_path / 'capsules'
+    b, q_points = bench(**{'capsules.folder': str(folder), 'capsules.when': 'all'}), []
+    b.other.create_subscription(PointCloud2, '/idem_node/debug/q_points', q_points.append, 10)
+    b.start()
+    send(b, clouds, FIRST)
+    b.until(lambda: q_points and b.statuses('converged') and b.loads())
+    b.until(lambda: list(folder.glob('idem_capsule_*')))
+    (capsule,) = folder.glob('idem_capsule_*')
+    found = {'/diagnostics': b.received['diagnostics'], '/idem_node/debug/q_points': q_points}
+    return found, decoded(capsule)
 
 
 @pytest.fixture(scope='module')
-def published():
-    """Return {status: {key: text}} of what the node would say."""
-    rng = np.random.default_rng(0)
-    cloud = surface(rng, 400)
-    result = register(cloud, cloud + (0.002, 0, 0))
-    refinement = Refinement(
-        stamp=0,
-        target_frame='map',
-        source_frame='lidar',
-        T_guess=np.eye(4),
-        result=result,
-        q_tot_before=None,
-        time_ms=1.0,
-        points_target=400,
-        points_source=400,
-        dropped_nonfinite=0,
-        dropped_zero=0,
-    )
-    load = Traffic(['target', 'source'], 0.0).load(1.0, 0, {}, ['target', 'source'])
-    return {
-        f'{NODE}: registration': refinement_values(refinement, dropped=0),
-        f'{NODE}: load': load.values,
-    }
+def result(tmp_path_factory):
+    """{topic: [message]} of what `idem replay --out --clouds` writes."""
+    folder = tmp_path_factory.mktemp('replayed')
+    write_mcap(folder / 'scans.mcap', scans(np.random.default_rng(0)))
+    out = folder / 'result.mcap'
+    assert main(['replay', str(folder / 'scans.mcap'), '--out', str(out), '--clouds']) == 0
+    return decoded(out)
 
 
-def is_number(text):
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def numbers_of(messages):
+    """Return {(status, hardware, key)} of all values that are numbers, in /diagnostics."""
+    found = set()
+    for status in (each for message in messages['/diagnostics'] for each in message.status):
+        for value in status.values:
+            try:
+                float(value.value)
+            except ValueError:
+                continue
+            found.add((status.name, status.hardware_id, value.key))
+    return found
+
+
+def plotted(numbers, of_load):
+    """Every number that a layout plots is there; without a node there is none of its load."""
+    known = {(name, key) for name, _, key in numbers}
+    paths = [PATH.fullmatch(path).groups() for path in PATHS]
+    assert {topic for topic, _, _ in paths} == {'/diagnostics'}
+    wanted = {(name, key) for _, name, key in paths if of_load or not name.endswith(': load')}
+    assert len(wanted) > 4
+    assert wanted <= known
+    root = ElementTree.parse(CONFIG / 'plotjuggler_layout.xml').getroot()
+    curves = {curve.get('name') for curve in root.iter('curve')}
+    curves = {name for name in curves if of_load or ': load/' not in name}
+    # topic/hardware_id/name/key, as PlotJuggler's parser of DiagnosticArray puts them together
+    assert len(curves) > 4
+    assert curves <= {f'/diagnostics/{of}/{name}/{key}' for name, of, key in numbers}
 
 
 def panels_of(layout):
@@ -64,51 +101,47 @@ def panels_of(layout):
     return panels_of(layout['first']) | panels_of(layout['second'])
 
 
-def test_foxglove_plots_numbers_that_the_node_publishes(published):
-    layout = json.loads((CONFIG / 'foxglove_layout.json').read_text())
-    panels = layout['configById']
-    assert panels_of(layout['layout']) == set(panels)
-    paths = [
-        path['value']
-        for name, panel in panels.items()
-        if name.startswith('Plot!')
-        for path in panel['paths']
-    ]
-    assert len(paths) > 5
-    for path in paths:
-        found = PATH.fullmatch(path)
-        assert found, path
-        assert found['topic'] == OUTPUTS['diagnostics'].name
-        assert is_number(published[found['name']][found['key']]), path
-
-
-def test_foxglove_shows_topics_of_the_node_and_q_i_by_its_field():
-    panels = json.loads((CONFIG / 'foxglove_layout.json').read_text())['configById']
-    topics = panels['3D!idem']['topics']
+def test_every_panel_has_its_place_and_every_topic_is_one_of_the_node():
+    assert panels_of(LAYOUT['layout']) == set(FOXGLOVE)
     inputs = {topic.name.replace('~', '') for topic in INPUTS.values()}  # as launched
-    outputs = {topic.name.replace('~', NODE) for topic in OUTPUTS.values()}
-    assert set(topics) <= inputs | outputs
-    assert topics['/idem_node/debug/q_points']['colorField'] == 'q_i'
-    assert panels['DiagnosticSummary!idem']['topicToRender'] == OUTPUTS['diagnostics'].name
-
-
-def test_plotjuggler_draws_numbers_that_the_node_publishes(published):
-    root = ElementTree.parse(CONFIG / 'plotjuggler_layout.xml').getroot()
-    splitter = root.find('.//DockSplitter')
+    outputs = {topic.name.replace('~', '/idem_node') for topic in OUTPUTS.values()}
+    assert set(FOXGLOVE['3D!idem']['topics']) <= inputs | outputs
+    assert FOXGLOVE['DiagnosticSummary!idem']['topicToRender'] == OUTPUTS['diagnostics'].name
+    splitter = ElementTree.parse(CONFIG / 'plotjuggler_layout.xml').find('.//DockSplitter')
     assert len(splitter.get('sizes').split(';')) == int(splitter.get('count')) == len(splitter)
-    curves = [curve.get('name') for curve in root.iter('curve')]
-    # topic/hardware_id/name/key, as its parser of DiagnosticArray puts them together
-    known = {
-        f'{OUTPUTS["diagnostics"].name}/{NODE}/{status}/{key}'
-        for status, values in published.items()
-        for key, value in values.items()
-        if is_number(value)
-    }
-    assert len(curves) > 5
-    assert set(curves) <= known
 
 
-def test_the_aggregator_finds_both_statuses(published):
+def test_what_the_layouts_plot_is_in_the_messages_of_the_node(live):
+    plotted(numbers_of(live[0]), of_load=True)
+
+
+def test_what_the_layouts_plot_is_in_the_recording_of_a_replay(result):
+    plotted(numbers_of(result), of_load=False)
+
+
+def test_what_the_layouts_plot_is_in_a_capsule(live):
+    plotted(numbers_of(live[1]), of_load=False)
+
+
+def test_q_i_is_a_field_of_the_cloud_that_is_coloured_by_it(live):
+    shown = FOXGLOVE['3D!idem']['topics']['/idem_node/debug/q_points']
+    (cloud, *_) = live[0]['/idem_node/debug/q_points']
+    assert shown['colorField'] in [field.name for field in cloud.fields]
+
+
+def test_the_clouds_that_are_shown_are_in_a_replay_and_in_a_capsule(live, result):
+    clouds = {'/target', '/source'}
+    assert clouds <= set(FOXGLOVE['3D!idem']['topics'])
+    for messages in (result, live[1]):
+        assert clouds <= set(messages)
+        assert all(message.data for topic in clouds for message in messages[topic])
+
+
+def test_the_status_summary_and_the_aggregator_take_the_statuses_of_the_node(live):
+    statuses = [each for message in live[0]['/diagnostics'] for each in message.status]
+    panel = FOXGLOVE['DiagnosticSummary!idem']
+    assert all(panel['hardwareIdFilter'] in each.hardware_id for each in statuses)
     sections = yaml.safe_load((CONFIG / 'diagnostic_aggregator.yaml').read_text())
     contains = sections['/**']['ros__parameters']['registration']['contains']
-    assert all(any(part in status for part in contains) for status in published)
+    assert all(any(part in each.name for part in contains) for each in statuses)
+    assert all(any(part in each.name for each in statuses) for part in contains)
