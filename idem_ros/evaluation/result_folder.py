@@ -35,6 +35,10 @@ def open_folder(folder, made_with):
         UnwritableFile: it cannot be made or written.
     """
     folder = Path(folder)
+    if not folder.absolute().parent.is_dir():
+        raise UnwritableFile(
+            f'cannot make the folder {folder}: {folder.parent} does not exist; make it first'
+        )
     try:
         folder.mkdir(exist_ok=True)
         empty = not any(folder.iterdir())

@@ -19,7 +19,7 @@ TUM_NUMBERS, KITTI_NUMBERS = 8, 12
 CSV_HEADER = 'stamp,x,y,z,qx,qy,qz,qw'
 LATEST = 2**31  # [s], the end of ROS time
 EXPECTED = {
-    TUM_NUMBERS: 'the eight numbers t x y z qx qy qz qw',
+    TUM_NUMBERS: 'the eight numbers t x y z qx qy qz qw, as idem replay --tum writes them',
     KITTI_NUMBERS: 'the twelve numbers of the first three rows of a 4x4 matrix',
 }
 

@@ -1,5 +1,6 @@
 """The files of a recording: itself, or those of its folder, by metadata.yaml and by name."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -11,6 +12,8 @@ COMPRESSED = ('.zstd', '.zst')
 SUFFIXES = (*KINDS, *(kind + each for kind in KINDS for each in COMPRESSED))
 METADATA = 'metadata.yaml'
 MOST_BYTES, MOST_VALUES = 2**22, 500_000  # of a metadata.yaml: hundreds of topics and files
+
+SHOWN = 3  # names in a message
 
 
 class UnreadableRecording(IdemError):
@@ -67,6 +70,7 @@ def contents_of(path):
             f'the folder {path} holds no recording ({_suffixes()}){_from_clouds(path)}'
         )
     if not (path / METADATA).is_file():
+        _require_one(path, there)
         return Contents(_each_once(there))
     try:
         named, messages = _metadata(path / METADATA)
@@ -81,6 +85,18 @@ def contents_of(path):
 def is_recording(name):
     """Return whether a file's name is that of a recording, and not hidden."""
     return name.endswith(SUFFIXES) and not name.startswith('.')
+
+
+def _require_one(path, files):
+    """Of files that no metadata.yaml makes one recording, parts of one differ in numbers only."""
+    stems = {re.sub(r'\d+', '', bare_name(file.name).rpartition('.')[0]) for file in files}
+    if len(stems) > 1:
+        names = ', '.join(file.name for file in files[:SHOWN])
+        more = f' and {len(files) - SHOWN} more' if len(files) > SHOWN else ''
+        raise UnreadableRecording(
+            f'the folder {path} holds several recordings ({names}{more}), and no {METADATA} makes '
+            f'them one; name one, or take each by itself: idem evaluate {path}'
+        )
 
 
 def _suffixes():

@@ -107,6 +107,8 @@ def _text(path):
     from idem_ros.recording.embedded import MAGIC, RECORD, UnreadableMcap, read_embedded
 
     refuse_special(path, UnreadableResult)
+    if Path(path).is_dir():
+        raise _no_result(path, 'it is a folder; name a file in it')
     try:
         with Path(path).open('rb') as stream:
             if stream.read(len(MAGIC)) != MAGIC:
@@ -123,6 +125,8 @@ def _text(path):
 
 
 def _parsed(path, text):
+    if not text.strip():
+        raise _no_result(path, 'it is no JSON: it is empty')
     try:
         return parse_json(text)
     except ValueError as error:  # of JSON, of UTF-8, of a number

@@ -23,7 +23,9 @@ class CommandLine(argparse.ArgumentParser):
         namespace, left = super().parse_known_args(args, namespace)
         if left:
             option = next((word for word in left if word.startswith('-')), None)
-            name = option.partition('=')[0] if option else ' '.join(left)
+            if option is None:
+                self.error(f'unrecognized {" ".join(left)}', 'a name with spaces needs quotes; ')
+            name = option.partition('=')[0]
             self.error(f'unrecognized {name}', _meant(name, self._option_string_actions))
         return namespace, left
 

@@ -12,6 +12,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_result('a.json', translation_error_m=[0.02, 0.03] * 4, time_ms=[10.0, 30.0] * 4)
     write_result('b.json', translation_error_m=[0.01, 0.02] * 4, time_ms=[20.0, 20.0] * 4)
+    Path('empty.json').touch()
     write_result('few.json', time_ms=[1.0] * 5)
     write_result('other.json', bag='other.mcap', time_ms=[1.0] * 9)
     return tmp_path
@@ -102,6 +103,8 @@ def test_what_another_command_wrote_is_named(folder, capsys, content, words):
     [
         (['a.json', 'few.json'], 'share 5 stamps; a comparison needs 6'),
         (['a.json', 'none.json'], 'none.json cannot be read'),
+        (['a.json', 'empty.json'], 'it is no JSON: it is empty'),
+        (['a.json', '.'], 'it is a folder; name a file in it'),
     ],
 )
 def test_what_cannot_be_compared_gets_one_line(folder, capsys, argv, words):

@@ -1,6 +1,6 @@
 import pytest
 
-from idem_ros.recording.reader import UnreadableRecording
+from idem_ros.recording.folder import UnreadableRecording, recording_files
 from idem_ros.recording.search import recordings_in
 
 
@@ -35,6 +35,18 @@ def test_a_rosbag2_folder_that_lost_its_metadata_counts_once(tmp_path):
     touch(tmp_path, 'drive/drive_0.mcap', 'drive/drive_1.mcap')
     touch(tmp_path, 'drives/monday.mcap', 'drives/drives_1.mcap')
     assert found(tmp_path) == ['drive', 'drives/drives_1.mcap', 'drives/monday.mcap']
+
+
+def test_a_folder_of_recordings_that_are_no_parts_of_one_is_not_read_as_one(tmp_path):
+    touch(tmp_path, 'x/monday.mcap', 'x/tuesday.mcap', 'x/friday.mcap', 'x/sunday.mcap')
+    touch(tmp_path, 'one/run_0.mcap', 'one/run_1.mcap', 'ros1/a_2024-01-02-10-00-00_0.bag')
+    touch(tmp_path, 'ros1/a_2024-01-02-10-05-00_1.bag')
+    with pytest.raises(
+        UnreadableRecording, match=r'\(friday.*monday.*sunday.* and 1 more\)'
+    ) as said:
+        recording_files(tmp_path / 'x')
+    assert f'idem evaluate {tmp_path / "x"}' in str(said.value)
+    assert len(recording_files(tmp_path / 'one')) == len(recording_files(tmp_path / 'ros1')) == 2
 
 
 def test_hidden_files_and_folders_are_left_out(tmp_path):
