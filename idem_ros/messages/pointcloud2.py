@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import InvalidCloud
-from idem_ros.core.metric.measured_points import near_the_rest
 from idem_ros.messages.azimuth_times import azimuth_times
 from idem_ros.messages.point_times import NoTimes, TimesRead, first_times, time_fields, times_of
 from idem_ros.messages.transform_message import stamp_ns
@@ -79,6 +78,8 @@ def read_points(message, times=None):
     Raises:
         InvalidPointCloud2: its fields, sizes and data contradict each other, or none is usable.
     """
+    from idem_ros.core.metric.measured_points import near_the_rest  # numba: `--help` has no use
+
     layout = _layout(message)
     points = _stacked(_columns(message, layout))
     usable, finite = _usable(points)
