@@ -8,6 +8,7 @@ from benchmarks.parameter_text import parameter_text
 from idem_ros.calibration.config import RigWatchConfig
 from idem_ros.commands.options import REPLAYED, option_name
 from idem_ros.core.exceptions import IdemError
+from idem_ros.core.parameter import parameter_name
 from idem_ros.node.interface import (
     IMU_INPUTS,
     INPUTS,
@@ -19,7 +20,7 @@ from idem_ros.node.interface import (
     TF_OUTPUT,
     parameter_fields,
 )
-from idem_ros.parameters.fields import default_of, description_of, parameter_name
+from idem_ros.parameters.fields import default_of, description_of
 from idem_ros.terminal.markdown import table
 
 FIGURES, PARAMETERS = 'docs/figures.md', 'config/refine.yaml'

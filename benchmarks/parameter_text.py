@@ -5,8 +5,9 @@ from textwrap import wrap
 
 import yaml
 
+from idem_ros.core.parameter import parameter_name
 from idem_ros.node.interface import CONFIGS
-from idem_ros.parameters.fields import default_of, description_of, parameter_name
+from idem_ros.parameters.fields import default_of, description_of
 
 HEAD = """\
 # Every parameter of idem_node with its default, written by `make docs`. Use it with

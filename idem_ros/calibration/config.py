@@ -3,12 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters.fields import (
-    parameter,
-    require_count,
-    require_one_of,
-    require_positive,
-)
+from idem_ros.core.parameter import parameter, require_fields
 
 # of `RegistrationConfig`: clouds are put to one time first, and every pose is judged
 DECIDED = ('motion', 'motion_reference', 'twist_sigma', 'mode', 'assessment', 'guess_sigma')
@@ -50,9 +45,7 @@ class RigWatchConfig:
     )
 
     def __post_init__(self):
-        require_positive('period', self.period)
-        require_count('instants', self.instants)
-        require_one_of('reliability', self.reliability, RELIABILITIES)
+        require_fields(self)
         if not all(isinstance(each, str) for each in self.topics):
             raise InvalidConfig(f'topics is {self.topics!r}; it must be a list of names')
         if len(set(self.topics)) < len(self.topics):

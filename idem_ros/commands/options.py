@@ -8,11 +8,11 @@ from typing import Any
 from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.parameter import is_optional, is_whole, parameter_name
 from idem_ros.files.columns import parse_columns
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.targets import PairingConfig
-from idem_ros.parameters.fields import is_optional, is_whole, parameter_name
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.smoothing.config import SmoothingConfig

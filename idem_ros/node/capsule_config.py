@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters.fields import parameter, require_count, require_one_of
+from idem_ros.core.parameter import parameter, require_fields
 
 NOT_ALIGNED, REFUSED, LATE, ALL = WHEN = ('not_aligned', 'refused', 'late', 'all')
 
@@ -34,8 +34,6 @@ class CapsuleConfig:
     )
 
     def __post_init__(self):
-        if not isinstance(self.folder, str) or '\0' in self.folder:
+        require_fields(self)
+        if '\0' in self.folder:
             raise InvalidConfig(f'capsules.folder is {self.folder!r}; it must name a folder')
-        require_one_of('capsules.when', self.when, WHEN)
-        require_count('capsules.most', self.most)
-        require_count('capsules.most_mb', self.most_mb)

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters.fields import parameter, require_one_of
+from idem_ros.core.parameter import parameter, require_fields
 
 ALIGNED = 'aligned'
 PUBLISHED = ('all', ALIGNED)
@@ -27,6 +26,4 @@ class OutputConfig:
     )
 
     def __post_init__(self):
-        require_one_of('publish', self.publish, PUBLISHED)
-        if not isinstance(self.publish_tf, bool):
-            raise InvalidConfig(f'publish_tf is {self.publish_tf!r}; it must be true or false')
+        require_fields(self)

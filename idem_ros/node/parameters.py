@@ -11,12 +11,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.parameter import is_whole, parameter_name
 from idem_ros.node.interface import CONFIGS
 from idem_ros.parameters.fields import (
     default_of,
     description_of,
-    is_whole,
-    parameter_name,
     range_of,
     value_of,
 )

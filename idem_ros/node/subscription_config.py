@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from idem_ros.parameters.fields import parameter, require_count, require_one_of
+from idem_ros.core.parameter import parameter, require_fields
 
 RELIABILITIES = ('best_effort', 'reliable')
 AUTO = 'auto'
@@ -37,6 +37,4 @@ class SubscriptionConfig:
     )
 
     def __post_init__(self):
-        require_one_of('reliability', self.reliability, RELIABILITIES)
-        require_one_of('target_durability', self.target_durability, DURABILITIES)
-        require_count('depth', self.depth)
+        require_fields(self)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from idem_ros.core.parameter import parameter, require_fields
 from idem_ros.pairing.trail import Trail
-from idem_ros.parameters.fields import parameter, require_one_of, require_positive
 
 STREAMED = {
     'transform': 'geometry_msgs/msg/TransformStamped',
@@ -61,10 +61,7 @@ class GuessConfig:
     )
 
     def __post_init__(self):
-        require_one_of('initial_guess.type', self.type, GUESS_TYPES)
-        for name in ('max_age', 'max_jump', 'lost_after'):
-            if getattr(self, name) is not None:
-                require_positive(f'initial_guess.{name}', getattr(self, name))
+        require_fields(self)
 
 
 @dataclass(frozen=True)

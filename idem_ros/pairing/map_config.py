@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters.fields import parameter, require_one_of, require_positive
+from idem_ros.core.parameter import parameter, require_fields
 
 REPLACE, ACCUMULATE = TARGET_MODES = ('replace', 'accumulate')
 
@@ -40,18 +40,13 @@ class MapConfig:
     )
 
     def __post_init__(self):
-        for name in ('target_file', 'target_frame'):
-            if not isinstance(getattr(self, name), str):
-                raise InvalidConfig(f'{name} is {getattr(self, name)!r}; it must be a text')
+        require_fields(self)
         frame = self.target_frame
         if self.target_file and (not frame.strip('/') or frame != ''.join(frame.split())):
             raise InvalidConfig(
                 f'target_frame is {frame!r}; it must be the name of the frame that the map in '
                 'target_file is in, such as map'
             )
-        require_one_of('target_mode', self.target_mode, TARGET_MODES)
-        require_positive('target_radius', self.target_radius)
-        require_positive('target_voxel_size', self.target_voxel_size)
         if self.target_file and self.target_mode == ACCUMULATE:
             raise InvalidConfig(
                 'target_mode is accumulate and target_file given: a map from a file has no parts '

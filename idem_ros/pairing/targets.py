@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from idem_ros.core.exceptions import IdemError, InvalidCloud
+from idem_ros.core.parameter import parameter, require_fields
 from idem_ros.maps.accumulated import AccumulatedMap
 from idem_ros.messages.pointcloud2 import InvalidPointCloud2, read_points, require_points
 from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.map_config import ACCUMULATE, MapConfig
 from idem_ros.pairing.map_target import MapTarget
-from idem_ros.parameters.fields import parameter, require_one_of, require_positive
 
 PAIRINGS = ('latched', 'nearest', 'newest')
 KEPT = 8  # of each frame
@@ -52,8 +52,7 @@ class PairingConfig:
     )
 
     def __post_init__(self):
-        require_one_of('pairing', self.pairing, PAIRINGS)
-        require_positive('pairing_tolerance', self.pairing_tolerance)
+        require_fields(self)
 
 
 @dataclass

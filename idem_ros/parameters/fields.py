@@ -5,41 +5,13 @@ derive their parameters from the fields by these functions, so that each is desc
 """
 
 import math
-from dataclasses import Field, field
+from dataclasses import Field
 from typing import Any, get_args
 
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.parameter import is_optional, is_whole, parameter_name
 
 LARGEST_INT = 2**31 - 1
-
-
-def parameter(default, description, unit='', **metadata):
-    """Return a dataclass field that is a parameter.
-
-    Args:
-        default: its value where nobody says otherwise.
-        description: what it is, in a sentence.
-        unit: such as 'm'; empty where it has none.
-        **metadata: `name` where it is not the field's own, `range` as (lowest, highest),
-            `choices` of a word, `fixed` where it cannot change while the node runs.
-    """
-    return field(default=default, metadata={'description': description, 'unit': unit, **metadata})
-
-
-def parameter_name(each: Field) -> str:
-    """Return the name of the parameter behind a field, as ROS spells it: 'initial_guess.type'."""
-    return each.metadata.get('name', each.name)
-
-
-def is_optional(each: Field) -> bool:
-    """Return whether a field may be None, which ROS cannot hold and says as 0."""
-    return each.default is None or type(None) in get_args(each.type)
-
-
-def is_whole(each: Field) -> bool:
-    """Return whether a field is a whole number, or None."""
-    types = set(get_args(each.type)) or {each.type}
-    return int in types or (type(each.default) is int)
 
 
 def is_real(each: Field) -> bool:
@@ -98,26 +70,3 @@ def _as_float(value: Any) -> Any:
     """Return a whole number as a float; leave everything else for the configuration to judge."""
     is_whole_number = isinstance(value, int) and not isinstance(value, bool)
     return float(value) if is_whole_number else value
-
-
-def require_positive(name, value):
-    """Refuse what is no finite number above 0.
-
-    Raises:
-        InvalidConfig: it names the parameter and the value.
-    """
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not (is_number and math.isfinite(value) and value > 0):
-        raise InvalidConfig(f'{name} is {value!r}; it must be a finite number above 0')
-
-
-def require_count(name, value):
-    """Refuse what is no whole number from 1; see `require_positive`."""
-    if isinstance(value, bool) or not (isinstance(value, int) and value >= 1):
-        raise InvalidConfig(f'{name} is {value!r}; it must be a whole number from 1')
-
-
-def require_one_of(name, value, words):
-    """Refuse what is none of the words; see `require_positive`."""
-    if value not in words:
-        raise InvalidConfig(f'{name} is {value!r}; it must be one of {words}')

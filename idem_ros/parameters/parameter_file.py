@@ -4,8 +4,9 @@ import re
 from dataclasses import fields
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.core.parameter import parameter_name
 from idem_ros.files.structured_text import UnreadableText, read_yaml
-from idem_ros.parameters.fields import is_real, parameter_name, value_of
+from idem_ros.parameters.fields import is_real, value_of
 
 NODE = 'idem_node'
 WILDCARDS = {'*': '/[^/]+', '**': '(/[^/]+)*'}

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from idem_ros.core.parameter import parameter, require_fields
 from idem_ros.messages.point_times import AUTO, NANOSECONDS, STAMP_AT
-from idem_ros.parameters.fields import parameter, require_one_of, require_positive
 
 SOURCES = ('field', 'azimuth', 'none')
 UNITS = (AUTO, *NANOSECONDS)
@@ -48,7 +48,4 @@ class PointTimeConfig:
     )
 
     def __post_init__(self):
-        require_one_of('point_time.from', self.origin, SOURCES)
-        require_one_of('point_time.unit', self.unit, UNITS)
-        require_one_of('point_time.stamp_at', self.stamp_at, PLACES)
-        require_positive('point_time.turn', self.turn)
+        require_fields(self)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
-from idem_ros.parameters.fields import parameter, require_count, require_positive
+from idem_ros.core.parameter import parameter, require_fields
 
 SEED = 0
 
@@ -44,9 +44,7 @@ class PreprocessingConfig:
     )
 
     def __post_init__(self):
-        for name in ('min_range', 'max_range'):
-            if getattr(self, name) is not None:
-                require_positive(name, getattr(self, name))
+        require_fields(self)
         if self.min_range and self.max_range and self.min_range >= self.max_range:
             raise InvalidConfig(
                 f'min_range is {self.min_range}, max_range is {self.max_range}; '
@@ -59,10 +57,6 @@ class PreprocessingConfig:
                 f'crop_min is {self.crop_min}, crop_max is {self.crop_max}; '
                 'the first must be smaller in x, y and z'
             )
-        if not isinstance(self.crop_target, bool):
-            raise InvalidConfig(f'crop_target is {self.crop_target!r}; it must be true or false')
-        if self.max_points is not None:
-            require_count('max_points', self.max_points)
 
     @property
     def crops(self):

@@ -6,15 +6,15 @@ from typing import Any
 
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import IdemError, InvalidConfig
-from idem_ros.pairing.guesses import GuessConfig
-from idem_ros.pairing.map_config import MapConfig
-from idem_ros.pairing.targets import PairingConfig
-from idem_ros.parameters.fields import (
+from idem_ros.core.parameter import (
     parameter_name,
     require_count,
     require_one_of,
     require_positive,
 )
+from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.targets import PairingConfig
 from idem_ros.recording.part import MAX_CHUNK
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig

@@ -1,9 +1,9 @@
 """How a trajectory is made consistent: which scans, how many at once, where loops are sought."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.parameters.fields import parameter, require_positive
+from idem_ros.core.parameter import parameter, require_fields, require_positive
 
 WINDOWS = 2, 50
 
@@ -43,19 +43,7 @@ class SmoothingConfig:
     )
 
     def __post_init__(self):
-        for name in ('keyframe_distance', 'reach'):
-            if getattr(self, name) is not None:
-                require_positive(name, getattr(self, name))
-        for each in fields(self):
-            if 'range' not in each.metadata:
-                continue
-            (low, high), value = each.metadata['range'], getattr(self, each.name)
-            kinds = int if each.name == 'window' else (int, float)
-            if isinstance(value, bool) or not (isinstance(value, kinds) and low <= value <= high):
-                kind = 'whole number' if each.name == 'window' else 'number'
-                raise InvalidConfig(
-                    f'{each.name} is {value!r}; it must be a {kind} from {low:g} to {high:g}'
-                )
+        require_fields(self)
         sigma = tuple(self.odometry_sigma)
         if len(sigma) != 2:
             raise InvalidConfig(

@@ -23,7 +23,7 @@ from idem_ros.core import Cloud, InvalidConfig, RegistrationConfig, register
         ({'max_iterations': 10**9}, 'max_iterations is 1000000000; it must be a whole number'),
         ({'rotation_tolerance': 100.0}, 'rotation_tolerance is 100.0'),
         ({'radius_schedule': ()}, r'radius_schedule is \(\); give one stage'),
-        ({'radius_schedule': 2.0}, 'radius_schedule is 2.0; give one stage'),
+        ({'radius_schedule': 2.0}, 'radius_schedule is 2.0; it must be a list'),
         ({'radius_schedule': (2.0, -1.0)}, 'radius_schedule is -1.0'),
         ({'length_scale': 'm'}, "length_scale is 'm'"),
         ({'max_iterations': 0}, 'max_iterations is 0'),
