@@ -8,6 +8,7 @@ import numpy as np
 from benchmarks.case import succeeded
 from benchmarks.goal import Goal
 from benchmarks.sweeps.cases import ODOMETRY_ERROR, SCENES, sweep
+from benchmarks.sweeps.information import least_ratios
 from idem_ros.core import Cloud, register
 from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
 
@@ -32,6 +33,8 @@ class Outcome(NamedTuple):
     is_right: bool
     nees: float  # over 6
     rings: int
+    least: tuple[float, float] | None = None
+    """Errors over those of the sensor standing still, by information, where it is solved."""
 
 
 def ways(a_sweep):
@@ -59,13 +62,18 @@ def measure(config, trials, progress):
     found = []
     for k in progress(range(trials)):
         a_sweep = sweep(kinds[k % len(kinds)], FIRST_SEED + k // len(kinds))
-        target = Cloud(a_sweep.still.target)
+        target, standing = Cloud(a_sweep.still.target), None
         for way, (source, motion, twist) in ways(a_sweep).items():
             given = config('auto', motion)
             if way == SOLVED_ON:
                 given = replace(given, twist_sigma=sigma_of(twist))
             result = register(target, source, a_sweep.guess, given, twist=twist)
-            found.append(_outcome(a_sweep, way, result))
+            standing = result.assessment.covariance if way == STILL else standing
+            least = None
+            if motion == 'solve':
+                of_size = replace(given, voxel_size=result.voxel_size)
+                least = least_ratios(a_sweep, of_size, standing, given.twist_sigma)
+            found.append(_outcome(a_sweep, way, result)._replace(least=least))
     return found
 
 
@@ -112,10 +120,20 @@ def ratios(outcomes, way):
     Of median and 90th percentile of the rotation, and of the translation; with their bounds by
     draws of sweeps.
     """
-    errors = [
-        np.array([(o.rotation_deg, o.translation_m) for o in of_way(outcomes, each)])
-        for each in (way, STILL)
-    ]
+    return _ratios(*(_errors(outcomes, each) for each in (way, STILL)))
+
+
+def least(outcomes, way):
+    """Return the same of a way by information: as if each standing error grew by its share."""
+    still = _errors(outcomes, STILL)
+    return _ratios(still * np.array([o.least for o in of_way(outcomes, way)]), still)
+
+
+def _errors(outcomes, way):
+    return np.array([(o.rotation_deg, o.translation_m) for o in of_way(outcomes, way)])
+
+
+def _ratios(*errors):
     rng, count = np.random.default_rng(0), len(errors[0])
     draws = [np.arange(count), *rng.integers(0, count, (DRAWS, count))]
     ours, theirs = (

@@ -28,6 +28,8 @@ USUAL_UNIT = {
     't_us': 'us',
     'stamps': 's',
     'time_offset': 'ns',
+    'time_offset_ns': 'ns',
+    'point_time_offset': 'ns',
 }
 STAMP_AT = {'begin': 0.0, 'middle': -0.5, 'end': -1.0}  # where a sweep begins, in sweeps
 SHORTEST, LONGEST = 0.008, 1.0  # [s] of a sweep; in two units at once none lasts so long

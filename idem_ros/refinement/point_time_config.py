@@ -25,8 +25,8 @@ class PointTimeConfig:
     field: str = parameter(
         '',
         'field that holds the times; empty: the first of t, time, timestamp, offset_time, '
-        'time_stamp, t_us, stamps, time_offset that can be used. Of an array without names: the '
-        'number of its column, from 1',
+        'time_stamp, t_us, stamps, time_offset, time_offset_ns, point_time_offset that can be '
+        'used. Of an array without names: the number of its column, from 1',
         name='point_time.field',
     )
     unit: str = parameter(

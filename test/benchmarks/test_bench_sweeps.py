@@ -39,6 +39,13 @@ def test_undoing_the_motion_brings_the_errors_down(outcomes):
     assert solved[2] < raw[2] / 3
 
 
+def test_information_says_how_much_less_is_known_where_the_motion_is_solved(outcomes):
+    solved, told = (pairs.of_way(outcomes, way) for way in (pairs.SOLVED, pairs.SOLVED_ON))
+    for alone, with_a_twist in zip(solved, told, strict=True):
+        for much, less in zip(alone.least, with_a_twist.least, strict=True):
+            assert 1.0 < less <= much < 4.0
+
+
 def test_what_fails_for_a_sensor_that_stands_still_is_left_out(outcomes):
     failed = [
         each._replace(is_right=False)
@@ -62,6 +69,7 @@ def test_the_page_says_what_is_reached_and_what_is_missed(outcomes):
     text = page.markdown(found, goals, 2)
     assert 'MISSED' in text
     assert '| tunnel |' in text
+    assert f'| {pairs.SOLVED}, by information ' in text
 
 
 def test_a_sweep_is_undone_by_its_twist_to_where_the_standing_sensor_is():

@@ -16,6 +16,8 @@ SENSORS = {  # what drivers publish: field, values of times after the begin, whe
     'Livox': ('timestamp', lambda t: ((t * 1e9).astype('i8') + STAMP).astype('f8'), 'begin'),
     'Livox custom': ('offset_time', lambda t: (t * 1e9).astype('u4'), 'begin'),
     'Autoware': ('time_stamp', lambda t: (t * 1e9).astype('u4'), 'begin'),
+    'Aeva': ('time_offset_ns', lambda t: (t * 1e9).astype('i4'), 'begin'),
+    'Blickfeld': ('point_time_offset', lambda t: (t * 1e9).astype('u4'), 'begin'),
     'microseconds': ('t_us', lambda t: (t * 1e6).astype('u4'), 'begin'),
     'microseconds of another name': ('time', lambda t: (t * 1e6).astype('f4'), 'begin'),
     'milliseconds': ('time', lambda t: (t * 1e3).astype('f4'), 'begin'),

@@ -71,13 +71,18 @@ def covariance_in_motion(
         cost, T, observability: as there; what is free is so in both poses.
     """
     of_poses = _of_two_poses(regions, cost, T, observability)
+    found = of_pose_and_twist(of_poses, sweep, T)
+    found[:6, :6] += _of_bends(sweep, T, observability)
+    return found
+
+
+def of_pose_and_twist(of_poses: Floats, sweep: Sweep, T: Transform) -> Floats:
+    """Return the (12, 12) covariance of pose and twist, as above, by that of the two poses."""
     to_frame = se3.adjoint(se3.translation(sweep.measured.origin)) @ se3.adjoint(se3.inverse(T))
     change = np.kron([-1.0, 1.0], to_frame[ROS_ORDER]) / (sweep.end - sweep.begin)
     share = np.kron([1.0 - sweep.fraction, sweep.fraction], np.eye(6))
     both = np.asarray(np.concatenate([share, change]), np.float64)
-    found = both @ of_poses @ both.T
-    found[:6, :6] += _of_bends(sweep, T, observability)
-    return found
+    return both @ of_poses @ both.T
 
 
 def _of_bends(sweep: Sweep, T: Transform, observability: Observability) -> Matrix6:
