@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, MomentRows
-from idem_ros.core.geometry.symmetric3 import determinant
+from idem_ros.core.arrays import Floats, Integers, MomentRows
+from idem_ros.core.geometry.symmetric3 import adjugate, determinant, trace
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.moments import covariance, row_of
 
@@ -84,6 +84,22 @@ def quantile(values: Floats, share: float) -> float:
     in_place = np.partition(values, next_)
     lower = in_place[:next_].max() if low < next_ else in_place[next_]
     return float(lower + (at - low) * (in_place[next_] - lower))
+
+
+@kernel
+def lines_among(own: MomentRows) -> Integers:
+    """Return 1 for each ball that holds no surface, as those of one ring of a LiDAR; else 0.
+
+    own: (N, 10) moments of the balls.
+    """
+    lines = np.ones(len(own), np.int64)
+    for i in range(len(own)):
+        if own[i, 0] < LEAST_MEMBERS:
+            continue
+        s = covariance(row_of(own, i))
+        if trace(adjugate(s)) > LEAST_SPREAD * trace(s) ** 2:
+            lines[i] = 0
+    return lines
 
 
 @kernel

@@ -83,6 +83,12 @@ class TrustTuning:
         'rings of both scans do wherever they fall',
         1.0,
     )
+    in_common: float = _tuned(
+        0.2,
+        'of the variance of surfaces alone: how far the lines of both scans err alike, see '
+        '`_widening`',
+        0.0,
+    )
     jumps: float = _tuned(
         1.1,
         'of the variance of points as measured, which enter balls and leave them one by one: the '

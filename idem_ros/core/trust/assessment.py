@@ -130,12 +130,11 @@ def _pull_and_covariance(
     more = pair.trust.alike * (pair.trust.jumps if pair.sampling.jumps else 1.0)
     if descent.moving is None:
         found = by_region(cost, T, observability, agreement.moments)
-        pulls, stiffness, _ = found
-        covariance = covariance_of(cost, T, observability, pulls, stiffness)
+        covariance = covariance_of(cost, T, observability, found, pair.trust.in_common)
         held, radius = observability.held, cost.balls.radius
-        told = told_by_residuals(found, T, pair.source.origin, held, radius)
-        total = Linearization(pulls.sum(axis=0), stiffness.sum(axis=0))
-        return total, more * covariance, told
+        told, smear = told_by_residuals(found, T, pair.source.origin, held, radius)
+        total = Linearization(found.pulls.sum(axis=0), found.stiffness.sum(axis=0))
+        return total, more * covariance + smear, told
     regions = by_region_in_motion(descent.moving, cost, T, observability)
     both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
     return of_common_twist(regions), more * both, ''

@@ -24,6 +24,7 @@ from idem_ros.core.arrays import (
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import CandidatePairs
+from idem_ros.core.metric.noise import lines_among
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.solve.groups import in_turn
@@ -39,6 +40,7 @@ SAMPLE = 160  # centres of each cloud, about, that the curvature is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
 LEVERAGE = 0.95  # most of a motion's stiffness that one region may have: a finite variance
+MOST_RULED = 0.95  # share of a motion's stiffness that lines have: a finite variance
 FLOOR = 1e-4  # of the radius: where the solver stops
 
 
@@ -48,6 +50,7 @@ class Regions(NamedTuple):
     pulls: Floats  # (G, 6): gradients
     stiffness: Floats  # (G, 6, 6): Gauss-Newton matrices
     places: Points  # (G, 3): the mean of the centres, in the frame at the target's origin
+    ruled: Matrix6  # (6, 6): what of all stiffness balls have that hold a line
 
 
 def by_region(
@@ -68,13 +71,20 @@ def by_region(
     some = np.flatnonzero(number)
     number[some] = np.arange(len(some))
     here, there = number[here], number[there]
-    turns = in_turn(here, len(some)), in_turn(there, len(some))
-    sums = tuple(np.zeros((2, len(some), SUMS)))
     centres = tuple((cloud.grid.points, cloud.own) for cloud in cost.balls.clouds)
-    motions, groups = se3.both_ways(T), (here, there)
+    groups = tuple(
+        2 * region + lines_among(own)
+        for region, (_, own) in zip((here, there), centres, strict=True)
+    )
+    count = 2 * len(some)
+    turns = in_turn(groups[0], count), in_turn(groups[1], count)
+    sums, motions = tuple(np.zeros((2, count, SUMS))), se3.both_ways(T)
     linearize_met(centres, tuple(met), motions, cost.ball_cost, turns, groups, sums)
     _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
-    return Regions(pulls, stiffness, _middles((target, source), (here, there), T, len(some)))
+    middles = _middles((target, source), (here, there), T, len(some))
+    pulls, stiffness = pulls.reshape(-1, 2, 6), stiffness.reshape(-1, 2, 6, 6)
+    ruled = stiffness[:, 1].sum(axis=0)
+    return Regions(pulls.sum(axis=1), stiffness.sum(axis=1), middles, ruled)
 
 
 def regions_of(
@@ -92,8 +102,8 @@ def covariance_of(
     cost: JointEntropy,
     T_target_source: Transform,
     observability: Observability,
-    pulls: Floats,
-    stiffness: Floats,
+    regions: Regions,
+    in_common: float,
 ) -> Matrix6:
     """Return the (6, 6) covariance of a result's error, a twist (omega, v) on its left.
 
@@ -102,15 +112,34 @@ def covariance_of(
         T_target_source: (4, 4) where.
         observability: there; along free motions the deviation is as far as the surfaces reach, or
             1 rad: more would leak into what is held, for the axes are not known exactly.
-        pulls, stiffness: `by_region` there.
+        regions: `by_region` there.
+        in_common: as in `TrustTuning`.
     """
-    held, free = firm_and_loose(observability.held, stiffness.sum(axis=0))
+    matrix = regions.stiffness.sum(axis=0)
+    held, free = firm_and_loose(observability.held, matrix)
     free = np.concatenate([observability.free, free], axis=1)
     firm, roots = curved(cost, T_target_source, held, observability)
-    scatter = scatter_of(pulls, stiffness, firm, roots)
+    wider = _widening(held, regions.ruled, in_common) @ matrix
+    scatter = wider @ scatter_of(regions.pulls, regions.stiffness, firm, roots) @ wider.T
     units = observability.held
     floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
     return scatter + floor + observability.lever_arm**2 * free @ free.T
+
+
+def _widening(held: Twists, ruled: Matrix6, in_common: float) -> Matrix6:
+    """Return (6, 6) that, times the matrix, takes errors to those with what lines have in common.
+
+    Rings of both scans draw each other together wherever they fall, alike in all regions, which no
+    jackknife sees. Where balls that hold lines have a share s of a motion's stiffness, surfaces
+    alone would leave 1 / (1 - s) of its variance. Lines that err as these do, by a share of it
+    that they have in common, move the result by s of that: s^2 / (1 - s) more.
+
+    held: (6, k) motions of unit stiffness.
+    """
+    share, axes = np.linalg.eigh(held.T @ ruled @ held)
+    share = np.clip(share, 0.0, MOST_RULED)
+    along = held @ axes
+    return along * np.sqrt(1.0 + in_common * share**2 / (1.0 - share)) @ along.T
 
 
 def of_model(error: tuple[float, ...]) -> Matrix6:

@@ -28,6 +28,19 @@ def test_a_smear_that_was_not_undone_is_named_in_the_reason(scans):
     assert TURNING in result.assessment.reason
 
 
+def test_a_smear_leaves_the_pose_as_unsure_as_the_sensor_moved(scans):
+    target, points, _, still, guess = scans
+    config = RegistrationConfig(voxel_size=0.25)
+    smeared, clear = (
+        np.sqrt(np.diag(register(target, cloud, guess, config).assessment.covariance))
+        for cloud in (points, still)
+    )
+    half = 0.05 * TWIST  # of the sweep's motion, to its begin or its end
+    assert 0.3 * half[0] < smeared[0] < 3.0 * half[0]
+    assert 0.3 * half[5] < smeared[5] < 3.0 * half[5]
+    assert clear[0] < 0.1 * half[0]
+
+
 def test_a_scan_of_a_sensor_that_stood_still_is_not_suspected(scans):
     target, _, _, still, guess = scans
     result = register(target, still, guess, RegistrationConfig(voxel_size=0.25))
