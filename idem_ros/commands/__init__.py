@@ -1,0 +1,1 @@
+"""The subcommands of `idem`: options in, a line and an exit code out."""

@@ -5,8 +5,8 @@ import struct
 from idem_ros.files.unreadable import UnreadableCloud
 
 # offsets in the public header block of LAS 1.0 to 1.4, and the least bytes of what is counted
-VERSION, HEADER_SIZE, POINTS_AT, RECORDS, POINT_FORMAT, POINT_SIZE = 24, 94, 96, 100, 104, 105
-COUNT, EXTENDED_AT, EXTENDED, LONG_COUNT = 107, 235, 243, 247
+VERSION, HEADER_SIZE, POINTS_AT, POINT_FORMAT, POINT_SIZE = 24, 94, 96, 104, 105
+COUNT, EXTENDED_AT, LONG_COUNT = 107, 235, 247
 LEAST_RECORD, LEAST_EXTENDED = 54, 60
 LEAST_HEADER, LONG_HEADER = 227, 375
 PACKED = 0x80  # in the point format: LAZ

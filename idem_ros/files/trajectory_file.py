@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import checked_transform
-from idem_ros.files.atomic_file import replacing
-from idem_ros.files.pose_file import tum_line, words_of
+from idem_ros.files.pose_file import words_of
 from idem_ros.files.text_lines import numbered_lines, text_of
 from idem_ros.files.unreadable import refuse_special
 from idem_ros.messages.transform_message import matrix_from
@@ -79,19 +78,6 @@ def read_trajectory(path):
             f'{lines[late[0]][0]}; stamps must increase'
         )
     return Trajectory(poses, stamps)
-
-
-def write_kitti(path, transforms):
-    """Write (4, 4) transforms as KITTI lines: twelve numbers, row by row, every digit kept."""
-    with replacing(path) as temporary:
-        np.savetxt(temporary, np.reshape([T[:3] for T in transforms], (-1, KITTI_NUMBERS)))
-
-
-def write_csv(path, stamps, transforms):
-    """Write (4, 4) transforms as a table with a header line; stamps in nanoseconds."""
-    with replacing(path) as temporary:
-        lines = (tum_line(*row).replace(' ', ',') for row in zip(stamps, transforms, strict=True))
-        temporary.write_text(CSV_HEADER + '\n' + ''.join(lines))
 
 
 def lines_of_file(path, kind: type[IdemError] = UnreadableTrajectory, what='trajectory'):

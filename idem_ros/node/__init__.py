@@ -1,0 +1,1 @@
+"""The nodes and the player: the only room that imports rclpy."""

@@ -1,0 +1,1 @@
+"""Recordings, read and written: the only room that imports rosbags and mcap."""

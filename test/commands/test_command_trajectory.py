@@ -1,12 +1,12 @@
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
-from trajectories import drive
+from trajectories import drive, write_csv, write_kitti
 
 from idem_ros.commands.main import main
 from idem_ros.files.pose_file import write_tum
-from idem_ros.files.trajectory_file import write_csv, write_kitti
 from idem_ros.trajectory.errors import ape, statistics
 
 
@@ -17,7 +17,7 @@ def pair(tmp_path, rng, monkeypatch):
     pair = drive(rng)
     for name, trajectory in zip(('truth', 'found'), pair, strict=True):
         write_tum(f'{name}.tum', trajectory.stamps, trajectory.poses)
-        write_csv(f'{name}.csv', trajectory.stamps, trajectory.poses)
+        write_csv(Path(f'{name}.csv'), trajectory.stamps, trajectory.poses)
         write_kitti(f'{name}.txt', trajectory.poses)
     return pair
 

@@ -1,14 +1,12 @@
 import numpy as np
 import pytest
-from trajectories import drive
+from trajectories import drive, write_csv, write_kitti
 
 from idem_ros.files.atomic_file import UnwritableFile
 from idem_ros.files.pose_file import write_tum
 from idem_ros.files.trajectory_file import (
     UnreadableTrajectory,
     read_trajectory,
-    write_csv,
-    write_kitti,
 )
 
 POSE = '0 0 0 0 0 0 1'
@@ -93,9 +91,9 @@ def test_what_is_no_text_or_not_there_is_refused(tmp_path):
 
 
 def test_nothing_is_left_of_a_file_that_could_not_be_written(tmp_path, path):
-    (tmp_path / 'a.csv').write_text('old')
-    with pytest.raises(ValueError):
-        write_csv(tmp_path / 'a.csv', path.stamps[:-1], path.poses)
+    (tmp_path / 'a.tum').write_text('old')
+    with pytest.raises(TypeError):
+        write_tum(tmp_path / 'a.tum', path.stamps, [*path.poses[:-1], None])
     with pytest.raises(UnwritableFile):
-        write_kitti(tmp_path / 'no' / 'a.txt', path.poses)
+        write_tum(tmp_path / 'no' / 'a.tum', path.stamps, path.poses)
     assert [file.read_text() for file in tmp_path.iterdir()] == ['old']

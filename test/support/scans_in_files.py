@@ -3,10 +3,10 @@
 import numpy as np
 from clouds import motion, surface
 from plyfile import PlyData, PlyElement
+from trajectories import write_kitti
 
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.files.pose_file import write_tum
-from idem_ros.files.trajectory_file import write_kitti
 
 
 def scans(rng, count=4, points=300):

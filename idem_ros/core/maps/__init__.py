@@ -1,0 +1,1 @@
+"""A map as the target: what of it a scan can reach, prepared when it is first reached."""
