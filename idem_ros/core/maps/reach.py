@@ -39,7 +39,7 @@ class Reach(NamedTuple):
         """
         places = np.clip(points * (CUBES_PER_EDGE / edge), -FARTHEST, FARTHEST)
         cubes = np.floor(places).astype(np.int64)
-        middle = np.sort(cubes, axis=0)[len(cubes) // 2]
+        middle = np.partition(cubes, len(cubes) // 2, axis=0)[len(cubes) // 2]
         zero = middle // CUBES_PER_EDGE * CUBES_PER_EDGE
         inside = ((points >= box[0] - edge) & (points <= box[1] + edge)).all(axis=1)
         core = _distinct(_coded(cubes[inside] - zero))
@@ -64,21 +64,21 @@ class Reach(NamedTuple):
 
         Where they are more than any scan lies in, those that have the most cubes.
         """
-        cubes = _decoded(self.codes) + self.zero
-        blocks, inside = np.divmod(cubes, self.per_edge)
-        order = np.lexsort(blocks.T)
-        blocks = blocks[order]
-        is_next = (np.diff(blocks, axis=0, prepend=blocks[:1] - 1) != 0).any(axis=1)
-        x, y, z = inside[order].T
-        begins = np.append(np.flatnonzero(is_next), len(blocks))
+        within = (self.per_edge - 1) * (1 | 1 << BITS | 1 << 2 * BITS)  # a cube in its block
+        order = np.argsort(self.codes & ~within, kind='stable')
+        codes = self.codes[order]
+        blocks = codes & ~within
+        begins = np.append(np.flatnonzero(np.diff(blocks, prepend=-1)), len(blocks))
         sizes, chosen = np.diff(begins), np.arange(len(begins) - 1)
         most = max(MOST_BLOCKS, len(self.core) // CUBES_OF_A_BLOCK)
         if len(chosen) > most:
             chosen = np.sort(np.argsort(-sizes, kind='stable')[:most])
+        x, y, z = _axes(codes & within)
         numbers = (z * self.per_edge + y) * self.per_edge + x
         spans = zip(begins[chosen].tolist(), begins[chosen + 1].tolist(), strict=True)
         of_each = [numbers[begin:end] for begin, end in spans]
-        return [(i, j, k) for i, j, k in blocks[begins[chosen]].tolist()], of_each
+        found = (_decoded(blocks[begins[chosen]]) + self.zero) // self.per_edge
+        return [(i, j, k) for i, j, k in found.tolist()], of_each
 
 
 def _rings(distance: float, cube: float, count: int) -> int:
@@ -95,9 +95,12 @@ def _coded(cubes: Integers) -> Integers:
 
 
 def _decoded(codes: Integers) -> Integers:
+    return np.column_stack(_axes(codes)) - (1 << BITS - 1)
+
+
+def _axes(codes: Integers) -> tuple[Integers, Integers, Integers]:
     mask = (1 << BITS) - 1
-    cubes = np.column_stack([codes & mask, codes >> BITS & mask, codes >> 2 * BITS])
-    return cubes - (1 << BITS - 1)
+    return codes & mask, codes >> BITS & mask, codes >> 2 * BITS
 
 
 def _distinct(codes: Integers) -> Integers:

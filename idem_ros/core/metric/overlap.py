@@ -11,6 +11,7 @@ from idem_ros.core.metric.cloud import Cloud
 
 STRAYS = 0.005  # of the points at either end of each axis may be strays: no matter of the extent
 WITHIN = 0.5  # of a cloud's points within the other's extent: with fewer it is a map to the other
+DENSER = 5.0  # times as many there as the other has: a map, too, of what the other sees a part of
 
 
 class Overlap(NamedTuple):
@@ -48,13 +49,18 @@ def overlap_of(
     if target.is_part:
         return Overlap(of_source, of_source, of_target, of_source, in_map=True)
     back = _within_extent(source.points, target.points, T_target_source, radius)
-    target_is_map, source_is_map = inside.mean() < WITHIN, back.mean() < WITHIN
+    target_is_map, source_is_map = _is_map(inside, len(source)), _is_map(back, len(target))
     of_each = float(meets[0].mean()), of_source
     if target_is_map == source_is_map:
         both = float(np.concatenate(meets).mean())
         return Overlap(both, of_source, of_target, max(of_each), in_map=False)
     of_scan = of_each[1 if target_is_map else 0]
     return Overlap(of_scan, of_source, of_target, of_scan, in_map=True)
+
+
+def _is_map(inside: Mask, others: int) -> bool:
+    """Whether a cloud, of which some lie within the extent of another of so many, is a map."""
+    return bool(inside.mean() < WITHIN or np.count_nonzero(inside) > DENSER * others)
 
 
 def _within_extent(points: Points, others: Points, T: Transform, radius: float) -> Mask:

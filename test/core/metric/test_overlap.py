@@ -50,6 +50,13 @@ def test_of_a_scan_in_a_map_it_is_the_share_of_the_scan_from_either_side(rng):
     assert forth.of_target == pytest.approx(np.mean(reach[0][inside] > 0), abs=0.1)
 
 
+def test_a_cloud_far_denser_than_a_scan_of_the_same_place_is_a_map(rng):
+    dense, scan = sheet(rng, 4000, 0.0, 4.0), sheet(rng, 100, 0.0, 4.0)
+    forth, back = overlap_at(dense, scan, radius=0.05), overlap_at(scan, dense, radius=0.05)
+    assert forth.in_map
+    assert forth.share == back.share == np.mean(counts(dense, scan, 0.05)[1] > 0) > 0.8
+
+
 def test_clouds_that_meet_at_a_rim_are_no_maps(rng):
     left, right = sheet(rng, 500, (-4.0, 0.0), (0.0, 4.0)), sheet(rng, 400, (0.0, 0.0), (4.0, 4.0))
     found = overlap_at(left, right)
