@@ -11,10 +11,22 @@ TIMES, MARGIN = 10.0, 10_000.0  # of its extent, and [m] beyond it
 def near_the_rest(points, counts=None):
     """Return (N,) bool: which points, or tiles of several, are not far from all the rest.
 
+    Those are left out, and then those that are far from all the rest of what is left.
+
     Args:
         points: (N, 3).
         counts: (N,) how many points each stands for; None: one.
     """
+    near = _once(points, counts)
+    while not near.all():
+        kept = _once(points[near], None if counts is None else counts[near])
+        if kept.all():
+            break
+        near[near] = kept
+    return near
+
+
+def _once(points, counts):
     low, high = np.empty((2, 3))
     for axis, values in enumerate(points.T):
         low[axis], high[axis] = _quantiles(values, counts)

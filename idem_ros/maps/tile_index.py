@@ -58,10 +58,12 @@ def find_map(path):
                 f'{path} is not there; it must be a map: a cloud or a folder of tiles'
             )
         return path
-    for folder in (path, *(path / name for name in FOLDERS)):
-        for metadata in (folder / METADATA, folder.parent / METADATA):
-            if folder.is_dir() and metadata.is_file():
-                return read_tile_index(metadata, folder)
+    indices = [*_indices_of(path)]
+    for index in indices:
+        if any(tile.is_file() for tile in index.paths):
+            return index
+    if indices:
+        return indices[0]
     clouds = clouds_of(path)
     if len(clouds) == 1:
         return clouds[0]
@@ -69,6 +71,14 @@ def find_map(path):
         f'{path} holds {len(clouds)} clouds and no {METADATA}; '
         f'`idem map tile {path} --out FOLDER` makes tiles of them'
     )
+
+
+def _indices_of(path):
+    """Yield what metadata say of a folder, or of one within it that may hold its tiles."""
+    for folder in (path, *(path / name for name in FOLDERS)):
+        for metadata in (folder / METADATA, folder.parent / METADATA):
+            if folder.is_dir() and metadata.is_file():
+                yield read_tile_index(metadata, folder)
 
 
 def map_files(path):

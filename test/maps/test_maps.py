@@ -66,7 +66,9 @@ def test_the_metadata_may_lie_beside_the_folder_of_tiles(tiles):
     (tiles / METADATA).rename(tiles.parent / METADATA)
     tiles.rename(tiles.parent / 'pointcloud_map.pcd')
     for path in (tiles.parent / 'pointcloud_map.pcd', tiles.parent):
-        assert len(find_map(path).paths) == 24
+        found = find_map(path).paths
+        assert len(found) == 24
+        assert all(tile.is_file() for tile in found)
 
 
 def test_what_is_far_from_the_scans_is_forgotten(tiles):
@@ -171,6 +173,12 @@ def test_nan_duplicates_and_strays_leave_the_rest_as_it_is(tmp_path, points, cap
     said = '\n'.join(record.getMessage() for record in caplog.records)
     assert '3 points far from all the rest are left out' in said
     assert '50 are not finite and 9 exactly zero' in said
+
+
+def test_many_strays_do_not_hide_each_other(tmp_path, points, rng):
+    strays = 1e9 * rng.normal(size=(len(points) // 40, 3))
+    np.save(tmp_path / 'map.npy', np.concatenate([points, strays]))
+    assert len(open_map(tmp_path / 'map.npy')) == len(points)
 
 
 def test_utm_coordinates_lose_no_millimetre(tmp_path, points):
