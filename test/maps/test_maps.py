@@ -176,7 +176,7 @@ def test_nan_duplicates_and_strays_leave_the_rest_as_it_is(tmp_path, points, cap
 
 
 def test_many_strays_do_not_hide_each_other(tmp_path, points, rng):
-    strays = 1e9 * rng.normal(size=(len(points) // 40, 3))
+    strays = 1e9 * rng.normal(size=(len(points) // 10, 3))
     np.save(tmp_path / 'map.npy', np.concatenate([points, strays]))
     assert len(open_map(tmp_path / 'map.npy')) == len(points)
 
