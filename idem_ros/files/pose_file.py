@@ -17,6 +17,7 @@ EXPECTED = (
 )
 LARGEST = 1 << 20  # [bytes]; more is no pose
 DECIMAL = re.compile(r'[+-]?\d+(,\d+)?([eE][+-]?\d+)?$')
+W_FIRST = re.compile(r'\bq\w*w\b.*\bq\w*x\b', re.IGNORECASE)  # as EuRoC has it
 SHOWN = 60  # characters of a line in a message
 
 
@@ -43,7 +44,7 @@ def read_pose(path):
     try:
         with path.open('rb') as stream:
             content = stream.read(LARGEST)
-        numbers = [_numbers(line) for line in numbered_lines(text_of(content))[0]]
+        numbers = [_numbers(line) for line in lines_of_poses(content)]
         return checked_transform(_matrix(numbers), 'the matrix')
     except OSError as error:
         raise UnreadablePose(f'{path} cannot be read: {error.strerror or error}') from error
@@ -71,6 +72,23 @@ def tum_line(stamp, transform):
     translation, quaternion = translation_and_quaternion(transform)
     numbers = ' '.join(f'{number:.12f}' for number in (*translation, *quaternion))
     return f'{seconds}.{nanoseconds:09d} {numbers}\n'
+
+
+def lines_of_poses(content):
+    """Return (number, line) of each line of a text, in bytes, that is no comment.
+
+    Raises:
+        UnreadablePose: a comment says that quaternions begin with w.
+        UnreadableCloud: it is no text.
+    """
+    lines, comments = numbered_lines(text_of(content))
+    for number, comment in comments:
+        if W_FIRST.search(comment):
+            raise UnreadablePose(
+                f'line {number} ({comment[:SHOWN]!r}) has qw before qx; the order must be '
+                'qx qy qz qw'
+            )
+    return lines
 
 
 def words_of(line):

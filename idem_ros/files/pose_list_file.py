@@ -7,8 +7,7 @@ import numpy as np
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import checked_transform, inverse
 from idem_ros.files.atomic_file import replacing
-from idem_ros.files.pose_file import UnreadablePose, words_of, write_tum
-from idem_ros.files.text_lines import numbered_lines, text_of
+from idem_ros.files.pose_file import UnreadablePose, lines_of_poses, words_of, write_tum
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
 from idem_ros.messages.transform_message import matrix_from, translation_and_quaternion
 
@@ -34,7 +33,7 @@ def read_poses(path, count):
     try:
         with path.open('rb') as stream:
             content = stream.read(LARGEST)
-        lines = [(number, words_of(line)) for number, line in numbered_lines(text_of(content))[0]]
+        lines = [(number, words_of(line)) for number, line in lines_of_poses(content)]
         is_graph = path.suffix.lower() == '.g2o' or any(words[0] == VERTEX for _, words in lines)
         found = _vertices(lines) if is_graph else _matrices(lines)
         poses = [checked_transform(T, f'pose {k}') for k, T in enumerate(found)]

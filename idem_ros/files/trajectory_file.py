@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import checked_transform
-from idem_ros.files.pose_file import words_of
-from idem_ros.files.text_lines import numbered_lines, text_of
+from idem_ros.files.pose_file import lines_of_poses, words_of
 from idem_ros.files.unreadable import refuse_special
 from idem_ros.messages.transform_message import matrix_from
 
@@ -88,11 +87,11 @@ def lines_of_file(path, kind: type[IdemError] = UnreadableTrajectory, what='traj
     """
     refuse_special(path, kind)
     try:
-        lines, _ = numbered_lines(text_of(Path(path).read_bytes()))
+        lines = lines_of_poses(Path(path).read_bytes())
     except OSError as error:
         raise kind(f'{path} cannot be read: {error.strerror or error}') from error
     except IdemError as error:
-        raise kind(f'{path} is no {what}, it must be a text file: {error}') from error
+        raise kind(f'{path} is no {what}: {error}') from error
     return [(number, words_of(line)) for number, line in lines]
 
 

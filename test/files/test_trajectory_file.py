@@ -83,9 +83,18 @@ def test_a_mark_commas_and_tabs_are_read(tmp_path, between):
     np.testing.assert_array_equal(trajectory.poses[:, 0, 3], [1, 2])
 
 
+def test_a_comment_that_says_w_first_is_believed(tmp_path):
+    path = tmp_path / 'path.txt'
+    path.write_text('# timestamp x y z qw qx qy qz\n1 0 0 0 1 0 0 0\n')
+    with pytest.raises(UnreadableTrajectory, match='line 1 .* has qw before qx'):
+        read_trajectory(path)
+    path.write_text('# timestamp tx ty tz qx qy qz qw\n1 0 0 0 0 0 0 1\n')
+    assert read_trajectory(path).stamps.tolist() == [10**9]
+
+
 def test_what_is_no_text_or_not_there_is_refused(tmp_path):
     (tmp_path / 'a.tum').write_bytes(b'\xff\xfe\x80')
-    for name, words in (('a.tum', 'must be a text file'), ('b.tum', 'cannot be read')):
+    for name, words in (('a.tum', 'it is no text'), ('b.tum', 'cannot be read')):
         with pytest.raises(UnreadableTrajectory, match=words):
             read_trajectory(tmp_path / name)
 
