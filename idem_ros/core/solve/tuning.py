@@ -79,9 +79,13 @@ class TrustTuning:
     )
     alike: float = _tuned(
         1.25,
-        'of every variance: regions farther apart than the jackknife takes err alike, too, as the '
-        'rings of both scans do wherever they fall',
+        'of every variance of several clouds, and of a motion that is solved: regions farther '
+        'apart than the jackknife takes err alike, too, as the rings of both scans do wherever '
+        'they fall',
         1.0,
+    )
+    alike_surfaces: float = _tuned(
+        1.15, 'the same of a pair, whose lines are told apart from its surfaces: `in_common`', 1.0
     )
     in_common: float = _tuned(
         0.2,

@@ -127,17 +127,17 @@ def _pull_and_covariance(
     """
     cost, T = descent.cost, descent.solution.transform
     assert cost is not None, 'a pose is judged by its cost'
-    more = pair.trust.alike * (pair.trust.jumps if pair.sampling.jumps else 1.0)
+    trust, jumps = pair.trust, pair.trust.jumps if pair.sampling.jumps else 1.0
     if descent.moving is None:
         found = by_region(cost, T, observability, agreement.moments)
-        covariance = covariance_of(cost, T, observability, found, pair.trust.in_common)
+        covariance = covariance_of(cost, T, observability, found, trust.in_common)
         held, radius = observability.held, cost.balls.radius
         told, smear = told_by_residuals(found, T, pair.source.origin, held, radius)
         total = Linearization(found.pulls.sum(axis=0), found.stiffness.sum(axis=0))
-        return total, more * covariance + smear, told
+        return total, trust.alike_surfaces * jumps * covariance + smear, told
     regions = by_region_in_motion(descent.moving, cost, T, observability)
     both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
-    return of_common_twist(regions), more * both, ''
+    return of_common_twist(regions), trust.alike * jumps * both, ''
 
 
 def too_little(target: Cloud, source: Cloud) -> Assessment:
