@@ -26,9 +26,7 @@ class Pairing:
     is forgotten: sources and guesses, and targets but for a map.
 
     Args:
-        config: `PairingConfig`; None: its defaults.
-        guess_config: `GuessConfig`; None: its defaults.
-        map_config: `MapConfig`; so.
+        config, guess_config, map_config: `PairingConfig` and so on; None: its defaults.
 
     Attributes:
         dropped: sources that fell out of the buffer before they were complete, or that the clock
@@ -42,8 +40,7 @@ class Pairing:
         self.dropped = self.refused = self.refused_targets = 0
         self._config = config or PairingConfig()
         self._guess_config = guess_config or GuessConfig()
-        # the type says which methods it has beside `guess_for`
-        self._guesses: Any = guesses_of(self._guess_config.type)
+        self._guesses: Any = guesses_of(self._guess_config.type)  # whose methods are the type's
         self._map_config = map_config or MapConfig()
         self._targets = Targets(self._map_config)
         self._rates = StampedPoses()

@@ -21,6 +21,7 @@ from idem_ros.core.maps.map_part import MapPart, Place
 from idem_ros.core.maps.point_blocks import PointBlocks
 from idem_ros.core.maps.reach import Reach
 from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size_of
 
 CACHE_BYTES = 1 << 29  # some two million voxels with their moments
@@ -98,7 +99,7 @@ class MapCloud:
             self._request += 1
         size = size_found(with_voxel_size_of(config, source))
         if size is not None:
-            source.require_resolved(size)
+            require_resolved(source.points, size)
             source = source.reduced(size)
         spacing = source.fourth_neighbor_distance(SAMPLE) if len(source) >= LEAST_POINTS else 0.0
         step = size if size is not None else 2.0 ** round(math.log2(spacing or 1.0))

@@ -20,7 +20,7 @@ from idem_ros.core.arrays import (
     Weights,
 )
 from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
-from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
+from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.geometry.grid import Grid, bounds, build_grid, crowding
@@ -29,7 +29,6 @@ from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
 from idem_ros.core.metric.candidates import SKIN
 from idem_ros.core.metric.kept import Kept
 from idem_ros.core.metric.measured_points import (
-    MIDDLE_SAMPLE,
     centred_points,
     checked_points,
     usual,
@@ -42,7 +41,6 @@ Scalar = TypeVar('Scalar', bound=np.generic)
 
 KEPT = 8  # results of each kind: enough for two schedules of four stages
 CELL_MARGIN = 1.0 + 1e-9
-FINEST = 2.0**24  # voxels from the middle outwards: float32 tells no finer ones apart
 
 
 class Cells(NamedTuple):
@@ -199,21 +197,6 @@ class Cloud:
     def crowding(self, radius: float) -> float:
         """Return how many points share the cell of a point, on average; see `in_cells`."""
         return crowding(self.in_cells(radius).grid)
-
-    def require_resolved(self, voxel_size: float) -> None:
-        """Refuse voxels finer than single precision resolves the cloud's extent.
-
-        Raises:
-            InvalidConfig: it says how large they must be.
-        """
-        # half of the points: a stray, however far, says nothing of the extent
-        sample = self._points[:: max(len(self) // MIDDLE_SAMPLE, 1)]
-        extent = float(np.median(np.abs(sample).max(axis=1)))
-        if extent / voxel_size > FINEST:
-            raise InvalidConfig(
-                f'voxel_size is {voxel_size:g}, but the cloud reaches {extent:.3g} from its '
-                f'middle: it must be {extent / FINEST:.1g} at least, or none'
-            )
 
     def voxel_fit(self) -> Fit | None:
         """Return how the points fill voxels, a `Fit`, or None; computed once."""

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from idem_ros.core.arrays import Floats, Mask, Point, Points
-from idem_ros.core.exceptions import InvalidCloud
+from idem_ros.core.exceptions import InvalidCloud, InvalidConfig
 from idem_ros.core.geometry.grid import bounds
 from idem_ros.core.jit import kernel
 
 FARTHEST = 1e12  # a coordinate beyond is no measurement, and would drown the others' digits
+FINEST = 2.0**24  # voxels from the middle outwards: float32 tells no finer ones apart
 MIDDLE_SAMPLE = 64  # points, about, that tell the middle or the extent of a cloud
 # A stray: so many times as far from the middle as nine tenths of the points, or as half of them.
 # A street that is seen from within a cage, or through a window, is nearer.
@@ -120,3 +121,19 @@ def finite_points(points: Points) -> tuple[Mask, Points]:
         kept[n, 0], kept[n, 1], kept[n, 2] = x, y, z  # the next takes the place of what is not
         n += finite[i]
     return finite, kept[:n]
+
+
+def require_resolved(points: Points, voxel_size: float) -> None:
+    """Refuse voxels finer than single precision resolves the extent of (N, 3) points about 0.
+
+    Raises:
+        InvalidConfig: it says how large they must be.
+    """
+    # half of the points: a stray, however far, says nothing of the extent
+    sample = points[:: max(len(points) // MIDDLE_SAMPLE, 1)]
+    extent = float(np.median(np.abs(sample).max(axis=1)))
+    if extent / voxel_size > FINEST:
+        raise InvalidConfig(
+            f'voxel_size is {voxel_size:g}, but the cloud reaches {extent:.3g} from its middle: '
+            f'it must be {extent / FINEST:.1g} at least, or none'
+        )

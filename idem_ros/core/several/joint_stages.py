@@ -14,6 +14,7 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
+from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.moments import TIE
 from idem_ros.core.metric.noise import ENOUGH
 from idem_ros.core.metric.radii import SAMPLE, rounded
@@ -48,7 +49,7 @@ def reduced_clouds(
     size = size_found(config)
     if size is not None:
         for cloud in clouds:
-            cloud.require_resolved(size)
+            require_resolved(cloud.points, size)
         clouds = in_threads(workers, lambda cloud: cloud.reduced(size), clouds)
     count = sum(map(len, clouds))
     if count > MOST_POINTS:

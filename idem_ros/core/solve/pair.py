@@ -14,6 +14,7 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
+from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.noise import widening
 from idem_ros.core.metric.radii import last_radius, rounded, wide_radius, widest_useful
 from idem_ros.core.metric.voxel_size import size_found
@@ -138,7 +139,7 @@ def prepare(
     voxel_size = size_found(config)
     if voxel_size is not None:
         for cloud in clouds:
-            cloud.require_resolved(voxel_size)
+            require_resolved(cloud.points, voxel_size)
         clouds = _reduced(clouds, voxel_size, workers)
     pair = Pair(*clouds, (), _sampling(clouds, tuning), config, tuning, trust, workers)
     if pair.is_small:
