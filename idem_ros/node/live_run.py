@@ -22,7 +22,7 @@ from idem_ros.recording.topics import Topics
 from idem_ros.terminal.interrupts import held_back
 
 QUEUE = 10
-START_PATIENCE = 120.0  # [s] until the node listens; compiling with a cold cache takes most of it
+START_PATIENCE = 600.0  # [s] until the node listens: a slow machine compiles for minutes
 
 
 class NodeFailed(IdemError):
@@ -192,7 +192,7 @@ def _wait_until_connected(child, player: Player, answers: _Answers) -> None:
     while not (player.is_heard() and all(s.get_publisher_count() for s in answers.subscriptions)):
         _require_alive(child)
         if time.monotonic() > end:
-            raise NodeFailed(f'the node does not listen {START_PATIENCE} s after its start')
+            raise NodeFailed(f'the node does not listen {START_PATIENCE:.0f} s after its start')
         time.sleep(0.05)
 
 
