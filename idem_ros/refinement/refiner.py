@@ -101,7 +101,9 @@ class Refiner:
         T_guess = self._guess_of(pair, frames, target.cloud, source.cloud)
         step = self._motion.step_of(pair, target.times is not None)
         asked = Asked(pair, T_guess, _lineage(pair, frames), step)
-        undoing = self._undoing(asked, source.cloud, config)
+        # to what is smeared a motion would fit that makes up for it
+        is_smeared = target.times is None and self._motion.is_smeared(pair.target)
+        undoing = self._undoing(asked, source.cloud, config, not is_smeared)
         target_cloud = self._target_cloud(asked, target, undoing, config)
         preparing_ms = watch.lap()
         fresh = [each for each in (target, source) if not any(each is other for other in kept)]
@@ -176,11 +178,12 @@ class Refiner:
         said = {'target': target.read.times, 'source': source.read.times}
         return self.times_said.news(**said, imu=self._motion.imu_said)
 
-    def _undoing(self, asked, source, config) -> Undoing:
+    def _undoing(self, asked, source, config, solves) -> Undoing:
         def find(begin, end):
             return self._motion.track(config.motion, asked, begin, end)
 
-        given = source, asked.T_guess, config, find, self._method.solves_motion
+        solves = solves and self._method.solves_motion
+        given = source, asked.T_guess, config, find, solves
         return undoing_of(*given, self._motion.middle)
 
     def _target_cloud(self, asked, target, undoing, config) -> Cloud | MapCloud:

@@ -113,6 +113,11 @@ class SweepMotion:
         self._scans.append(Scan(stamp, track, track.step(reference, middle)))
         return track
 
+    def is_smeared(self, target):
+        """Whether a target was a source of which no motion was known, as one without times."""
+        found = self._scan(stamp_ns(target))
+        return found is not None and found.track is None
+
     def step_of(self, pair, is_swept):
         """Return how long it is from a pair's target to its source [ns], where the sensor moved.
 

@@ -111,10 +111,18 @@ class Odometry:
             return track
 
         self.times_said.news(source=scan.cloud.read.times)
-        given = self.settings.config, find, self.method.solves_motion, self._usual_middle
+        solves = self.method.solves_motion and not self._is_smeared()
+        given = self.settings.config, find, solves, self._usual_middle
         undoing = undoing_of(scan.cloud.cloud, T_guess, *given)
         self._usual_middle = undoing.middle
         return undoing
+
+    def _is_smeared(self):
+        """Whether the scan before is as it was measured: a motion fits it that makes up for its.
+
+        Points without times cannot be undone.
+        """
+        return self.settings.sequence == SCAN and bool(self._map) and self._map[-1].times is None
 
     def _last_track(self):
         """Return the `Track` of the last motion, which goes on.

@@ -207,6 +207,15 @@ def test_a_solve_of_scans_goes_on_from_the_motion_found_last(rng):
     np.testing.assert_allclose(result.twist, TWIST, atol=0.2)
 
 
+def test_to_a_scan_that_could_not_be_undone_no_motion_is_solved(rng):
+    refiner = Refiner(replace(CONFIG, motion='solve'))
+    sweeps = [sweep_message(rng, driven, START + k * PERIOD, timed=k != 3) for k in range(5)]
+    for target, source in itertools.pairwise(sweeps):
+        guess = Guess(driven(PERIOD / 1e9), FRAMES[1], FRAMES[1])
+        result = refiner.refine(Pair(target, source, guess)).result
+    np.testing.assert_allclose(result.twist, TWIST, atol=1e-6)  # as the guess has it
+
+
 def test_a_solve_needs_no_guesses_over_the_sweep(rng):
     refined = Refiner(replace(CONFIG, motion='solve')).refine(pair_at(rng, driven, [0.0]))
     assert error_of(refined.result.T_target_source, driven(PERIOD / 1e9))[1] < 0.005

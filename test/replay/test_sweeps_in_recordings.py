@@ -104,6 +104,14 @@ def test_a_sequence_undoes_each_scan_from_the_first_on(tmp_path, rng, sequence, 
     assert error_of(np.linalg.solve(*poses), driven(PERIOD / 1e9))[1] < 0.01
 
 
+def test_a_scan_without_times_spoils_no_motion_that_is_solved_after_it(tmp_path, rng):
+    path = recorded(tmp_path / 'drive.mcap', rng, timed=lambda k: k != 4, count=7)
+    settings = Settings(config=replace(CONFIG, motion='solve'), sequence='scan')
+    (undone,) = replay_each(path, [settings], source_topic='/source')
+    for frame in undone.frames[3:]:
+        assert np.linalg.norm(frame.refinement.result.twist[:3] - TWIST[:3]) < 0.5
+
+
 def test_the_rates_of_an_imu_are_taken_from_the_topic_that_is_named(tmp_path, rng):
     path = recorded(tmp_path / 'drive.mcap', rng, imu=True)
     settings = Settings(config=replace(CONFIG, motion='guess'))
