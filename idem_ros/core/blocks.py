@@ -16,6 +16,7 @@ Item = TypeVar('Item')
 Result = TypeVar('Result')
 
 BLOCK = 2048
+AT_ONCE = 16  # blocks between two looks at the clock: some milliseconds
 
 
 class OutOfTime(Exception):
@@ -32,6 +33,15 @@ class Workers(NamedTuple):
         """Whether the deadline has passed."""
         return perf_counter() > self.deadline
 
+    def require_time(self) -> None:
+        """Go on where there is time left.
+
+        Raises:
+            OutOfTime: the deadline has passed.
+        """
+        if self.are_late():
+            raise OutOfTime
+
 
 ALONE = Workers()
 
@@ -45,6 +55,16 @@ def spans(n: int, workers: Workers) -> list[tuple[int, int]]:
     """Return (begin, end) of the blocks of n points; one, for one worker that has no deadline."""
     block = max(n, 1) if workers == ALONE else BLOCK
     return [(begin, min(begin + block, n)) for begin in range(0, n, block)]
+
+
+def shares(n: int, workers: Workers) -> int:
+    """Return in how many shares the blocks of n points are dealt out: one a thread, or more.
+
+    Where there is a deadline, a share is of a few blocks: the clock is looked at between them.
+    """
+    blocks = max(-(-n // BLOCK), 1)
+    looks = 1 if workers.deadline == math.inf else -(-blocks // AT_ONCE)
+    return max(min(workers.threads, blocks), looks)
 
 
 def in_threads(
@@ -63,8 +83,7 @@ def in_threads(
         """Return the results of the k-th thread's items."""
         results: list[Result] = []
         for item in items[k::threads]:
-            if workers.are_late():
-                raise OutOfTime
+            workers.require_time()
             results.append(call(item))
         return results
 

@@ -195,7 +195,7 @@ def _slides(pair: Pair, descent: Descent, way: Point) -> tuple[Slide, Callable[[
     target, source = (own_surfaces(cloud, SURFACE)[:2] for cloud in balls.clouds)
     slide = slide_along(target, source, *place)
     lines, source_lines = (
-        pattern_lines(cloud, [(each.clouds[side], each.radius) for each in wider])
+        pattern_lines(cloud, [(each.clouds[side], each.radius) for each in wider], balls.workers)
         for side, cloud in enumerate(balls.clouds)
     )
     pattern, near = slide_along(lines, source_lines, *place), LOCKED * balls.radius

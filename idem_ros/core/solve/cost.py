@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
-from idem_ros.core.blocks import BLOCK, in_threads
+from idem_ros.core.blocks import BLOCK, in_threads, shares
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.ball_cost import BallCost
@@ -38,10 +38,10 @@ class JointEntropy:
         # Each block is added up by one thread, the blocks in their order: the same bits for any.
         self._block = tuple(np.arange(len(cloud.order)) // BLOCK for cloud in balls.clouds)
         self._blocks = [int(block[-1]) + 1 for block in self._block]
-        threads = min(balls.workers.threads, max(self._blocks))
+        count = shares(max(map(len, self._block)), balls.workers)
         self._shares = [
-            tuple(np.flatnonzero(block % threads == k) for block in self._block)
-            for k in range(threads)
+            tuple(np.flatnonzero(block % count == k) for block in self._block)
+            for k in range(count)
         ]
 
     def value(self, T_target_source: Transform) -> float:

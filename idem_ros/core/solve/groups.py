@@ -1,9 +1,29 @@
 """Centres that are added up by groups: in the order in which that is fastest."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from idem_ros.core.arrays import Integers
+from idem_ros.core.arrays import Indices, Integers
+from idem_ros.core.blocks import Workers, shares
 from idem_ros.core.jit import kernel
+
+
+def dealt_out(
+    groups: Sequence[Integers], count: int, workers: Workers
+) -> list[tuple[Indices, ...]]:
+    """Return the indices of two clouds' centres in as many `shares` as workers take.
+
+    Each group is wholly in one of them, one after another; so sums over it are the same, to the
+    bit, for any workers.
+
+    groups: (N,) which of count groups each centre is in, of either cloud.
+    """
+    parts, turns = shares(max(map(len, groups)), workers), [in_turn(g, count) for g in groups]
+    return [
+        tuple(turn[group[turn] % parts == k] for turn, group in zip(turns, groups, strict=True))
+        for k in range(parts)
+    ]
 
 
 @kernel

@@ -9,7 +9,6 @@ import numpy as np
 
 from idem_ros.core.arrays import (
     Floats,
-    Indices,
     Integers,
     Integers32,
     Transform,
@@ -24,7 +23,7 @@ from idem_ros.core.metric.candidates import SKIN, CandidatePairs
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy, Linearization
-from idem_ros.core.solve.groups import in_turn
+from idem_ros.core.solve.groups import dealt_out
 from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.pair import Pair, Stage
 from idem_ros.core.solve.sweep import Sweep
@@ -116,15 +115,8 @@ class MovingCost:
         pairs = balls.pairs(T)
         if pairs is self._binned:
             return
-        self._bin, threads = self.times_of_centres(T, BINS), balls.workers.threads
-        turns = [in_turn(each, BINS) for each in self._bin]
-        self._shares: list[tuple[Indices, ...]] = [
-            tuple(
-                order[each[order] % threads == k]
-                for order, each in zip(turns, self._bin, strict=True)
-            )
-            for k in range(threads)
-        ]
+        self._bin = self.times_of_centres(T, BINS)
+        self._shares = dealt_out(self._bin, BINS, balls.workers)
         self._binned = pairs
 
 

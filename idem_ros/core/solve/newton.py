@@ -99,8 +99,7 @@ def minimize(
             if _is_short(step if iteration <= PATIENCE else relaxation * step, criteria):
                 end = Termination.CONVERGED
                 return Solution(transform, matrix, iteration, end, loose, tuple(path))
-            if criteria.workers.are_late():
-                raise OutOfTime
+            criteria.workers.require_time()
     except OutOfTime:
         return Solution(transform, matrix, iteration, Termination.LATE, loose, tuple(path))
     end = Termination.MAX_ITERATIONS

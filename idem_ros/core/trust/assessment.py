@@ -177,6 +177,7 @@ def _discord(balls: Balls, agreement: Agreement, T: Transform) -> tuple[float, f
     of these points, and of those nearest to the sensor: its noise grows with the range, so that
     what stands apart nearby is none.
     """
+    balls.workers.require_time()
     target, source = balls.of
     sensor = -source.origin  # where the source frame has its origin
     sensors = se3.transform_points(T, sensor), sensor
@@ -209,6 +210,7 @@ def _meeting(
 
 def _least_contrast(balls: Balls, T: Transform, observability: Observability, q: Floats) -> float:
     """Return the least rise of q_mean where surfaces that determine a motion move by a radius."""
+    balls.workers.require_time()
     of_each = observability.determined()
     if not of_each:
         return 0.0

@@ -21,13 +21,14 @@ from idem_ros.core.arrays import (
     Transform,
     Twists,
 )
+from idem_ros.core.blocks import in_threads
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import CandidatePairs
 from idem_ros.core.metric.noise import lines_among
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
-from idem_ros.core.solve.groups import in_turn
+from idem_ros.core.solve.groups import dealt_out
 from idem_ros.core.solve.linearization import linearize, linearize_met
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
 from idem_ros.core.trust.observability import Observability
@@ -76,10 +77,14 @@ def by_region(
         2 * region + lines_among(own)
         for region, (_, own) in zip((here, there), centres, strict=True)
     )
-    count = 2 * len(some)
-    turns = in_turn(groups[0], count), in_turn(groups[1], count)
-    sums, motions = tuple(np.zeros((2, count, SUMS))), se3.both_ways(T)
-    linearize_met(centres, tuple(met), motions, cost.ball_cost, turns, groups, sums)
+    count, motions = 2 * len(some), se3.both_ways(T)
+    sums = tuple(np.zeros((2, count, SUMS)))
+    what, workers = (centres, tuple(met), motions, cost.ball_cost), cost.balls.workers
+    in_threads(
+        workers,
+        lambda share: linearize_met(*what, share, groups, sums),
+        dealt_out(groups, count, workers),
+    )
     _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
     middles = _middles((target, source), (here, there), T, len(some))
     pulls, stiffness = pulls.reshape(-1, 2, 6), stiffness.reshape(-1, 2, 6, 6)

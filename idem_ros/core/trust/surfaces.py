@@ -17,6 +17,7 @@ from idem_ros.core.arrays import (
     Transform,
     Triple,
 )
+from idem_ros.core.blocks import in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
 from idem_ros.core.jit import inlined, kernel
@@ -59,10 +60,13 @@ def surfaces(
         T: (4, 4) T_target_source, between the clouds' origins.
         shape: `SURFACE` or `PLAIN`: what is one.
         sample: of about so many centres of each cloud.
+
+    Raises:
+        OutOfTime: the workers of the balls are late.
     """
     motions = zip(*se3.both_ways(T), strict=True)
     here, there = (
-        _planes(side, motion, balls.r2, shape, sample)
+        _planes(side, motion, balls, shape, sample)
         for side, motion in zip(balls.sides(T), motions, strict=True)
     )
     to_source = se3.adjoint(se3.inverse(T))
@@ -123,28 +127,41 @@ class _Planes(NamedTuple):
 def _planes(
     side: Side,
     motion: tuple[RotationMatrix, Point],
-    r2: float,
+    balls: Balls,
     shape: tuple[float, float],
     sample: float,
 ) -> _Planes:
     """Return the `_Planes` of every so-many-th ball, about as many as the sample."""
     n = len(side[0][0])
     stride = int(max(n // sample, 1))
-    most = n // stride + 1
-    room = _Planes(
-        np.empty((most, 6)),
-        np.empty((most, 6)),
-        np.empty((most, 3)),
-        np.empty(most),
-        np.empty(most, np.int64),
-    )
-    found = _fill_planes(side, motion, r2, shape, stride, room)
+
+    def of_block(begin: int, end: int) -> _Planes:
+        """Return those of a block of the balls that are asked."""
+        most = end - begin
+        room = _Planes(
+            np.empty((most, 6)),
+            np.empty((most, 6)),
+            np.empty((most, 3)),
+            np.empty(most),
+            np.empty(most, np.int64),
+        )
+        asked = begin * stride, min(end * stride, n), stride
+        found = _fill_planes(side, motion, balls.r2, shape, asked, room)
+        return _Planes(
+            room.own[:found],
+            room.other[:found],
+            room.mean[:found],
+            room.variance[:found],
+            room.centre[:found],
+        )
+
+    blocks = in_blocks(-(-n // stride), balls.workers, of_block)
     return _Planes(
-        room.own[:found],
-        room.other[:found],
-        room.mean[:found],
-        room.variance[:found],
-        room.centre[:found],
+        np.concatenate([each.own for each in blocks]),
+        np.concatenate([each.other for each in blocks]),
+        np.concatenate([each.mean for each in blocks]),
+        np.concatenate([each.variance for each in blocks]),
+        np.concatenate([each.centre for each in blocks]),
     )
 
 
@@ -154,14 +171,14 @@ def _fill_planes(
     motion: tuple[RotationMatrix, Point],
     r2: float,
     shape: tuple[float, float],
-    stride: int,
+    asked: tuple[int, int, int],
     planes: _Planes,
 ) -> int:
-    """Fill the `_Planes` of every stride-th centre's ball; return how many hold a surface."""
+    """Fill the `_Planes` of a range of centres' balls; return how many hold a surface."""
     n = 0
     (centres, own), (points, weights, first, member) = side
     R, t = motion
-    for i in range(0, centres.shape[0], stride):
+    for i in range(asked[0], asked[1], asked[2]):
         if own[i, 0] < LEAST_MEMBERS or first[i + 1] == first[i]:
             continue
         p = point_of(centres, i)
