@@ -86,14 +86,19 @@ def _errors(scene, trial, level, config):
         sensors = calibrate(scene.instants, scene.starts[level], config).sensors
     except IdemError:
         return [Error(trial, np.inf, 180.0, np.inf, False) for _ in scene.truth[1:]]
-    found = []
-    for each, truth in zip(sensors[1:], scene.truth[1:], strict=True):
-        off = difference(each.pose, truth)
-        nees = float(off @ np.linalg.pinv(each.covariance) @ off) / 6
-        usable = each.verdict.verdict.value in ('aligned', 'degenerate')
-        distance, degrees = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
-        found.append(Error(trial, float(distance), float(degrees), nees, usable))
-    return found
+    return [
+        error_of(each, truth, trial)
+        for each, truth in zip(sensors[1:], scene.truth[1:], strict=True)
+    ]
+
+
+def error_of(sensor, truth, trial):
+    """Return the `Error` of a `Fused`, whose pose is truly (4, 4) `truth`."""
+    off = difference(sensor.pose, truth)
+    nees = float(off @ np.linalg.pinv(sensor.covariance) @ off) / 6
+    usable = sensor.verdict.verdict.value in ('aligned', 'degenerate')
+    distance, degrees = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
+    return Error(trial, float(distance), float(degrees), nees, usable)
 
 
 def _both(errors):

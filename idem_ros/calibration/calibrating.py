@@ -10,7 +10,7 @@ from idem_ros.calibration.contradiction import contradiction
 from idem_ros.calibration.fusion import Fused, fused
 from idem_ros.calibration.instant import Solved, solved
 from idem_ros.calibration.placing import REACH_DEG, REACH_M, is_within, placed
-from idem_ros.calibration.rig_motion import places, step_between
+from idem_ros.calibration.rig_motion import independent, step_between
 from idem_ros.core import IdemError
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.several.joint_result import USABLE
@@ -33,7 +33,7 @@ class Calibration:
     starts: NDArray
     """(S, 4, 4) that they were looked for from."""
     steps: tuple
-    """How the reference moved from each instant to the next, (4, 4); None: unknown."""
+    """`RegistrationResult` of the reference from each instant to the next; None: unknown."""
     voxel_size: float | None
 
     @property
@@ -66,10 +66,7 @@ def calibrate(instants, starts, config):
     """
     used = [each for each in instants if 0 in each.heard and len(each.heard) > 1]
     if not used:
-        raise Uncalibrated(
-            'no instant has a cloud of the reference and of another sensor at once: name another '
-            'reference'
-        )
+        raise Uncalibrated('no instant has a cloud of the reference and of another sensor')
     config = with_voxel_size(config, *(c for each in used for c in each.clouds if c is not None))
     leader, near = _leader(used, starts, config), _near(config)
     found = [
@@ -88,12 +85,12 @@ def combined(found, steps, config):
 
     Args:
         found: `Solved` of each instant.
-        steps: how the reference moved from each to the next, (4, 4); None: unknown.
+        steps: `RegistrationResult` of the reference from each to the next; None: unknown.
         config: `RegistrationConfig`, of the voxels that they were solved with.
     """
-    independent = places(steps, size_found(config) or 0.0)
+    as_good_as = independent(steps, size_found(config) or 0.0)
     numbers = range(len(found[0].poses))
-    return tuple(fused(found, s, config.audit_tolerance, independent) for s in numbers)
+    return tuple(fused(found, s, config.audit_tolerance, as_good_as) for s in numbers)
 
 
 def _with_contradiction(each, config):

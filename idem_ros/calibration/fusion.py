@@ -1,7 +1,8 @@
 """What several instants say of one sensor, as one: those that agree, weighed by what they promise.
 
 The covariance is that of the weighed mean, made larger where the instants scatter more than
-they promise, and not smaller than one instant's where they are all of one place.
+they promise, and not smaller than one instant's where they are all of one place. What the motion
+of the rig adds is the same error at all of them, and is not divided.
 """
 
 from typing import NamedTuple
@@ -39,7 +40,7 @@ def fused(solved, s, tolerance, independent):
         solved: `Solved` of every instant.
         s: number of the sensor; 0 is the reference, which stays.
         tolerance: [m], [deg]: what is nearer agrees, whatever is promised.
-        independent: how many of the instants are at places of their own.
+        independent: how many that err each by itself would tell as much, see `independent`.
     """
     told = [k for k, each in enumerate(solved) if _tells(each, s)]
     if not told:
@@ -50,9 +51,10 @@ def fused(solved, s, tolerance, independent):
         return Fused(np.eye(4), np.zeros((6, 6)), said, tuple(told), None)
     poses = np.array([solved[k].poses[s] for k in told])
     covariances = np.array([solved[k].covariances[s] for k in told])
-    chosen = _agreeing(poses, covariances, tolerance)
+    by_motion = np.array([_by_motion(solved[k].instant, s) for k in told])
+    chosen = _agreeing(poses, covariances + by_motion, tolerance)
     agreeing = tuple(told[n] for n in chosen)
-    pose, covariance = _mean(poses[chosen], covariances[chosen], share)
+    pose, covariance = _mean(poses[chosen], covariances[chosen], by_motion[chosen], share)
     verdict = _verdict([solved[k].verdicts[s] for k in agreeing], len(told), share)
     off = np.array([difference(each, pose) for each in poses[chosen]])
     return Fused(pose, covariance, verdict, agreeing, _spread(off))
@@ -62,6 +64,10 @@ def difference(pose, other):
     """Return (6,) x y z rx ry rz of a pose from another, in the axes of their common frame."""
     turn = se3.log(pose @ se3.inverse(other))[:3]
     return np.r_[pose[:3, 3] - other[:3, 3], turn]
+
+
+def _by_motion(instant, s):
+    return np.zeros((6, 6)) if instant.by_motion is None else instant.by_motion[s]
 
 
 def _tells(each, s):
@@ -91,9 +97,9 @@ def _agreeing(poses, covariances, tolerance):
     return np.flatnonzero(agree[middle])
 
 
-def _mean(poses, covariances, share):
+def _mean(poses, covariances, by_motion, share):
     """Return the weighed mean of poses (K, 4, 4), and its covariance; see `fused`."""
-    information = np.linalg.inv(covariances)
+    information = np.linalg.inv(covariances + by_motion)
     total, mean = information.sum(axis=0), poses[0]
     for _ in range(3):
         off = np.array([difference(each, mean) for each in poses])
@@ -105,7 +111,10 @@ def _mean(poses, covariances, share):
     squares = np.einsum('ki,kij,kj->', off, information, off)
     freedom = 6 * (len(poses) - 1)
     more = max(squares / freedom, 1.0) if freedom else 1.0
-    return mean, more / max(share, 1.0 / len(poses)) * np.linalg.inv(total)
+    weights = np.linalg.solve(total, information)
+    own = np.einsum('kij,kjl,kml->im', weights, covariances, weights)
+    common = np.einsum('kij,kjl,kml->im', weights, by_motion, weights) * len(poses)
+    return mean, more / max(share, 1.0 / len(poses)) * own + common
 
 
 def _verdict(said, told, share):

@@ -18,6 +18,8 @@ class Instant:
     name: str
     clouds: tuple[Cloud | None, ...]
     """Of each sensor, in its own frame, the reference's first; None: it was silent."""
+    by_motion: NDArray[np.float64] | None = None
+    """(S, 6, 6) of the sensors' poses by what is not known of the motion; None: it stood."""
 
     @property
     def heard(self):

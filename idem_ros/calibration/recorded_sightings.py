@@ -1,6 +1,7 @@
 """Sightings of a rig in a recording: some clouds of the reference, and the nearest of others."""
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,10 +11,11 @@ from idem_ros.calibration.sighting import Sighting
 from idem_ros.calibration.sighting_messages import SECOND, measured_in, nearest
 from idem_ros.calibration.starts import tree_of_messages
 from idem_ros.core.exceptions import IdemError
-from idem_ros.messages.building import CLOUD
-from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.messages.building import CLOUD, TRANSFORM
+from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.pairing.guesses import TF
 from idem_ros.recording.topics import STATIC, TopicNotFound
+from idem_ros.replay.recorded_truth import TRUTH
 
 ALONE_NS = 500_000_000  # how far apart clouds may be of a reference that has but one
 
@@ -38,6 +40,13 @@ class RecordedRig:
     """Topics without a message."""
     flaws: list = field(default_factory=list)
     """What is left out, a line each."""
+    truth: dict = field(default_factory=dict)
+    """{(frame, child): (4, 4) child in frame} of the recording's ground truth."""
+
+    def truth_of(self):
+        """Return {name: (4, 4)} of the sensors that it has in the frame of the reference."""
+        pairs = {name: (bare(self.names[0]), bare(name)) for name in self.names[1:]}
+        return {name: self.truth[pair] for name, pair in pairs.items() if pair in self.truth}
 
 
 def cloud_topics(recording, given, reference=None):
@@ -74,11 +83,16 @@ def recorded_rig(recording, topics):
         UnusableRig: two sensors have one frame, or the reference is silent.
     """
     static = [n for n, t in recording.topics.items() if t.msgtype == TF and n.endswith(STATIC)]
-    stamps, frames, transforms = {topic: [] for topic in topics}, {}, []
-    for topic, _, message in recording.messages([*topics, *static]):
+    stamps, frames, transforms, truth = {topic: [] for topic in topics}, {}, [], {}
+    of_truth = [n for n, t in recording.topics.items() if t.msgtype == TRANSFORM and TRUTH in n]
+    for topic, _, message in recording.messages([*topics, *static, *of_truth]):
         if topic in stamps:
             stamps[topic].append(stamp_ns(message))
             frames.setdefault(topic, bare(message.header.frame_id))
+        elif topic in of_truth:
+            pair = bare(message.header.frame_id), bare(message.child_frame_id)
+            with suppress(IdemError):  # a truth that is none is beside nothing
+                truth[pair] = matrix_of(message)
         else:
             transforms.append(message)
     if not stamps[topics[0]]:
@@ -94,7 +108,7 @@ def recorded_rig(recording, topics):
             raise UnusableRig(f'{same} are both of the frame {name!r}: tell them apart by --names')
     tree, unread = tree_of_messages(' and '.join(static), transforms) if transforms else (None, [])
     stamps = {topic: sorted(set(stamps[topic])) for topic in topics}
-    return RecordedRig(topics, names, stamps, tree, silent, unread)
+    return RecordedRig(topics, names, stamps, tree, silent, unread, truth)
 
 
 def sightings_in(recording, rig, count, point_times, prepare):

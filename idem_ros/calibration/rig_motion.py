@@ -1,6 +1,9 @@
 """How the rig moved: from instant to instant, and while its sensors looked."""
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from idem_ros.core import Cloud, register
 from idem_ros.core.geometry import se3
@@ -8,11 +11,22 @@ from idem_ros.core.geometry.undistortion import undistort
 
 STILL = 0.02, 0.2  # [m/s], [deg/s]: of a rig that stands
 ROUNDS = 3
+# of the variance of two instants that see the same from two places: by rigs in streets and rooms
+COMMON = 1.0 / 3.0
 ORDER = [3, 4, 5, 0, 1, 2]  # (omega, v) <-> x y z rx ry rz
 
 
+class Motion(NamedTuple):
+    """How a rig moves at a time."""
+
+    twist: NDArray[np.float64]
+    """(6,) x y z [m/s] rx ry rz [rad/s] of the reference, in its own axes."""
+    covariance: NDArray[np.float64]
+    """(6, 6) of it."""
+
+
 def step_between(first, second, config, guess=None):
-    """Return the (4, 4) pose of a sensor in the frame of its own earlier cloud; None: unknown.
+    """Return the `RegistrationResult` of a sensor's later cloud to an earlier one; None: unknown.
 
     Args:
         first, second: `Cloud`s of one sensor.
@@ -20,17 +34,19 @@ def step_between(first, second, config, guess=None):
         guess: (4, 4); None: it stood.
     """
     result = register(first, second, guess, config)
-    return result.T_target_source if result.is_usable else None
+    return result if result.is_usable else None
 
 
-def twist_at_time(when, measured, neighbours, config):
-    """Return the twist (6,) x y z [m/s] rx ry rz [rad/s] of a sensor; None: unknown.
+def motion_at_time(when, spread, measured, neighbours, config):
+    """Return the `Motion` of a sensor; None: unknown.
 
     With two neighbours it may change evenly: in a bend each sweep is smeared differently, and one
-    twist for all would be wrong by half of the change.
+    twist for all would be wrong by half of the change. By how much it changes within the spread of
+    the times that it is to hold for is in the covariance, as is that of the steps.
 
     Args:
         when: [s] after the cloud's stamp.
+        spread: [s] standard deviation of the times that it is to hold for.
         measured: `Measured`, the times after its own stamp, as of all of them.
         neighbours: one or two other clouds of the same sensor, each with how much later it is [s].
         config: `RegistrationConfig`.
@@ -38,7 +54,7 @@ def twist_at_time(when, measured, neighbours, config):
     track = sorted([(0.0, measured), *((late, each) for each, late in neighbours)], key=_stamp)
     stamps = np.array([stamp for stamp, _ in track])
     middles = stamps + [_middle(each) for _, each in track]
-    steps, rates = [None] * (len(track) - 1), np.zeros((len(track) - 1, 6))
+    rates, guesses, steps = np.zeros((len(track) - 1, 6)), [None] * (len(track) - 1), []
     for _ in range(ROUNDS):  # what the motion smears is undone by what was found of it before
         twists = _even_change(stamps, rates, middles)
         clouds = [
@@ -46,12 +62,19 @@ def twist_at_time(when, measured, neighbours, config):
         ]
         steps = [
             step_between(*pair, config, guess)
-            for *pair, guess in zip(clouds, clouds[1:], steps, strict=False)
+            for *pair, guess in zip(clouds, clouds[1:], guesses, strict=False)
         ]
         if any(step is None for step in steps):
-            return twist_at_time(when, measured, neighbours[:1], config) if steps[1:] else None
-        rates = np.array([se3.log(step)[ORDER] for step in steps]) / np.diff(stamps)[:, None]
-    return _even_change(stamps, rates, np.array([when]))[0]
+            nearer = neighbours[:1]
+            return motion_at_time(when, spread, measured, nearer, config) if steps[1:] else None
+        guesses = [step.T_target_source for step in steps]
+        rates = np.array([se3.log(T)[ORDER] for T in guesses]) / np.diff(stamps)[:, None]
+    between = np.diff(stamps)[:, None, None]
+    covariances = [step.assessment.covariance for step in steps] / between**2
+    twist = _even_change(stamps, rates, np.array([when]))[0]
+    later = _even_change(stamps, rates, np.array([when + spread]))[0] - twist
+    # two steps share a cloud, and err alike
+    return Motion(twist, covariances.mean(axis=0) + np.outer(later, later))
 
 
 def _stamp(of_track):
@@ -96,12 +119,23 @@ def at_one_time(measured, pose, twist):
     return Cloud(undistort(points, times, twist_at(pose, twist), 0.0))
 
 
-def places(steps, nearby):
-    """Return how many of the instants are at places of their own.
+def independent(steps, nearby):
+    """Return how many instants that err each by itself would tell as much as these, from 1.
+
+    What two of one place see is the same, and so are their errors. Of two places they have a third
+    in common, as far as the clouds still overlap: the same surfaces, seen from elsewhere.
 
     Args:
-        steps: from each instant to the next, (4, 4) or None where it is unknown.
-        nearby: [m], of what moved less: the same surfaces err alike.
+        steps: `RegistrationResult` from each instant to the next; None where it is unknown, and
+            nothing is taken to be in common.
+        nearby: [m], of what moved less: it is one place.
     """
-    moved = [step is None or np.linalg.norm(step[:3, 3]) > nearby for step in steps]
-    return 1 + sum(moved)
+    count = len(steps) + 1
+    common = np.eye(count)
+    for i in range(count):
+        still, overlap = True, 1.0
+        for j, step in enumerate(steps[i:], start=i + 1):
+            overlap *= 0.0 if step is None else step.overlap
+            still &= step is not None and np.linalg.norm(step.T_target_source[:3, 3]) <= nearby
+            common[i, j] = common[j, i] = 1.0 if still else COMMON * overlap
+    return count**2 / common.sum()

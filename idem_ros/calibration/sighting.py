@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 
 from idem_ros.calibration.calibrating import calibrate
 from idem_ros.calibration.instant import Instant
-from idem_ros.calibration.rig_motion import at_one_time, is_still, twist_at_time
+from idem_ros.calibration.lateness import motion_covariances
+from idem_ros.calibration.rig_motion import Motion, at_one_time, is_still, motion_at_time
 from idem_ros.core import IdemError
 from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.trust.assessment import WIDER
 
 WIDEST = 30 * WIDER  # times one cloud over another: no two sensors differ so, units do
+STANDS = Motion(np.zeros(6), np.zeros((6, 6)))
 
 
 class OtherUnits(IdemError):
@@ -53,39 +55,44 @@ def calibrate_sightings(sightings, names, starts, config):
         Uncalibrated: see `calibrate`; OtherUnits: it says which sensor.
     """
     _require_one_unit(sightings, names)
-    twists = [_twist(each, config) for each in sightings]
+    motions = [_motion(each, config) for each in sightings]
 
     def found_from(poses):
         """Return the `Calibration` of the clouds put to one time by the sensors' poses."""
         instants = [
-            _instant(each, poses, twist) for each, twist in zip(sightings, twists, strict=True)
+            _instant(each, poses, motion) for each, motion in zip(sightings, motions, strict=True)
         ]
         return calibrate(instants, poses, config)
 
     found = found_from(starts)
-    if any(twist is not None and not is_still(twist) for twist in twists):
+    if any(motion is not None and not is_still(motion.twist) for motion in motions):
         found = found_from(np.array(found.poses))
-    named = {each.name: twist for each, twist in zip(sightings, twists, strict=True)}
-    return replace(found, starts=starts), named
+    twists = {
+        each.name: None if motion is None else motion.twist
+        for each, motion in zip(sightings, motions, strict=True)
+    }
+    return replace(found, starts=starts), twists
 
 
-def _twist(sighting, config):
+def _motion(sighting, config):
     reference = sighting.measured[0]
     if not sighting.neighbours or reference is None:
         return None
-    times = [each.times.mean() for each in sighting.measured if each and each.times is not None]
-    when = float(np.mean(times)) if times else 0.0
-    return twist_at_time(when, reference, sighting.neighbours, config)
+    times = [each.times for each in sighting.measured if each and each.times is not None]
+    times = np.concatenate(times) if times else np.zeros(1)
+    neighbours = sighting.neighbours
+    return motion_at_time(times.mean(), times.std(), reference, neighbours, config)
 
 
-def _instant(sighting, poses, twist):
-    if twist is None or is_still(twist):
-        twist = np.zeros(6)
-    clouds = (
-        None if each is None else at_one_time(each, pose, twist)
+def _instant(sighting, poses, motion):
+    if motion is None or is_still(motion.twist):
+        motion = STANDS
+    clouds = tuple(
+        None if each is None else at_one_time(each, pose, motion.twist)
         for each, pose in zip(sighting.measured, poses, strict=True)
     )
-    return Instant(sighting.name, tuple(clouds))
+    by_motion = motion_covariances(sighting.measured, poses, motion.covariance)
+    return Instant(sighting.name, clouds, by_motion)
 
 
 def _width(points):

@@ -121,6 +121,14 @@ def moved(names, found, tree):
             yield f'{name} has moved by {drift} of both calibrations, since {tree.source}'
 
 
+def beside_truth(names, found, truth):
+    """Yield a line about how far each sensor is from {name: (4, 4)} where it truly is."""
+    for name, each in zip(names, found.sensors, strict=True):
+        if name in truth and each.agreeing:
+            off = drift_of(name, each, truth[name], np.zeros((6, 6)))
+            yield f'{name} is {off} from where the recording says that it truly is'
+
+
 def _row(name, each, start):
     place = [f'{number:.4f}' for number in each.pose[:3, 3]]
     turn = [f'{np.degrees(number):.3f}' for number in roll_pitch_yaw(each.pose)]

@@ -5,6 +5,7 @@ from pathlib import Path
 from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import (
     CLOUD_KINDS,
+    OF_PAIRS,
     add_columns_option,
     add_config_options,
     config_from,
@@ -54,7 +55,7 @@ def add_parser(subparsers):
     parser.add_argument('--json', action='store_true', help='print the result as JSON')
     add_columns_option(parser)
     add_config_options(parser, without=WITHOUT)
-    add_config_options(parser, config_type=PreprocessingConfig)
+    add_config_options(parser, OF_PAIRS, PreprocessingConfig)
     parser.set_defaults(run=run)
 
 

@@ -6,6 +6,7 @@ from idem_ros.calibration.config import DECIDED
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import (
     CLOUD_KINDS,
+    OF_PAIRS,
     add_columns_option,
     add_config_options,
     add_max_chunk,
@@ -37,7 +38,7 @@ def add_parser(subparsers):
     add_columns_option(parser)
     add_max_chunk(parser)
     add_config_options(parser, without=DECIDED)
-    add_config_options(parser, config_type=PreprocessingConfig)
+    add_config_options(parser, OF_PAIRS, PreprocessingConfig)
     add_config_options(parser, config_type=PointTimeConfig)
     parser.set_defaults(run=run)
 
@@ -88,7 +89,7 @@ def run(args):
     from idem_ros.calibration.calibrating import Uncalibrated
     from idem_ros.calibration.sighting import calibrate_sightings
     from idem_ros.calibration.starts import no_starts, read_starts, starts_of
-    from idem_ros.calibration.written import moved, write_calibration
+    from idem_ros.calibration.written import beside_truth, moved, write_calibration
     from idem_ros.commands.calibration_lines import record_text, text
     from idem_ros.files.atomic_folder import require_free
 
@@ -98,7 +99,8 @@ def run(args):
     if args.out:
         require_free(args.out)
     read = _recorded if _is_recording(args) else _filed
-    names, sightings, tree, notes, are_all_heard = read(args)
+    names, sightings, tree, flaws, are_all_heard, truth = read(args)
+    notes = list(flaws)
     if args.start:
         tree = read_starts(args.start, names)
     elif tree is None:
@@ -108,10 +110,11 @@ def run(args):
     try:
         found, twists = calibrate_sightings(sightings, names, starts, config)
     except Uncalibrated as error:
-        raise Uncalibrated('; '.join([str(error), *notes])) from error
+        remedy = () if flaws else ('name another by --reference',)
+        raise Uncalibrated('; '.join([*flaws, str(error), *remedy])) from error
     if lacking := len(sightings) - len(found.instants):
         notes.append(f'{lacking} of {len(sightings)} instants lack the reference, or all others')
-    notes += moved(names, found, tree)
+    notes += [*moved(names, found, tree), *beside_truth(names, found, truth)]
     if args.out:
         write_calibration(args.out, names, found, tree)
     said = record_text if args.json else text
@@ -156,11 +159,15 @@ def _filed(args):
     named = dict(zip(found, _named(args, found), strict=True))
     found = _reference_first(args, found, named)
     sightings, flaws = sightings_of(found, files, read)
-    return [named[each] for each in found], sightings, None, flaws, True
+    return [named[each] for each in found], sightings, None, flaws, True, {}
 
 
 def _recorded(args):
-    """Return names, sightings, the tree of tf_static or None, notes, whether all were heard."""
+    """Return what there is to calibrate.
+
+    Names, sightings, the tree of tf_static or None, notes, whether all were heard, and the true
+    poses of sensors in the frame of the reference, as far as the recording has them.
+    """
     from idem_ros.calibration.recorded_sightings import (
         cloud_topics,
         offsets,
@@ -182,6 +189,11 @@ def _recorded(args):
             rig.names = [names[topics.index(each)] for each in rig.topics]
         point_times = config_from(args, PointTimeConfig)
         sightings = sightings_in(recording, rig, args.instants, point_times, prepare)
+        if len(sightings) < args.instants:
+            rig.flaws.append(
+                f'{args.instants} instants are asked for, and there are {len(sightings)}: so many '
+                'clouds of the reference are followed by another'
+            )
         silent = [f'{topic} is silent, and is left out' for topic in rig.silent]
         notes = [*recording.warnings, *silent, *rig.flaws]
     late = offsets(rig, sightings)
@@ -190,7 +202,7 @@ def _recorded(args):
         for name, each in zip(rig.names[1:], late[1:], strict=True)
         if abs(each - late[0]) > 1e-3
     ]
-    return rig.names, sightings, rig.tree, notes, not rig.silent
+    return rig.names, sightings, rig.tree, notes, not rig.silent, rig.truth_of()
 
 
 def _named(args, found):

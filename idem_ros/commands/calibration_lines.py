@@ -58,7 +58,8 @@ def _motion(found, twists):
         )
     elif known:
         yield 'the rig stood'
-    moved = [np.linalg.norm(step[:3, 3]) for step in found.steps if step is not None]
+    known = [step.T_target_source for step in found.steps if step is not None]
+    moved = [np.linalg.norm(T[:3, 3]) for T in known]
     if moved:
         yield (
             f'from instant to instant it went {sum(moved):.2f} m, by {len(moved)} of '

@@ -28,6 +28,7 @@ TITLES = {
     SmoothingConfig: 'what is joined',
 }
 CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .tsv .pts .asc .bin .npy .las .laz .e57'
+OF_PAIRS = ('crop_target',)  # of `PreprocessingConfig`: where no cloud is a target it says nothing
 REPLAYED = tuple(kind for kind in TITLES if kind is not SmoothingConfig)
 ROLES = {
     'target': 'PointCloud2',
@@ -39,13 +40,14 @@ ROLES = {
 UNITS = {'': 1, **{unit: 2 ** (10 * (i + 1)) for i, unit in enumerate('kmg')}}
 
 
-def add_config_options(parser, without=(), config_type: Any = RegistrationConfig):
+def add_config_options(parser, without=(), config_type: Any = RegistrationConfig, choices=None):
     """Add one option for each field, of the parameter's name: voxel_size becomes --voxel-size.
 
     Args:
         parser: what they are added to.
         without: names of fields that the command decides itself.
         config_type: whose fields; `config_from` takes the same.
+        choices: {name of a field: words}, where the command takes fewer than there are.
     """
     # argparse takes "-1,-1,-1" for an option, as it does all that looks like no single number
     parser._negative_number_matcher = re.compile(r'-(\d|\.\d|inf)')
@@ -59,12 +61,13 @@ def add_config_options(parser, without=(), config_type: Any = RegistrationConfig
         if isinstance(field.default, bool):
             group.add_argument(option_name(field), action='store_true', **option)
             continue
-        choices = LENGTH_SCALES if field.name == 'length_scale' else field.metadata.get('choices')
+        words = LENGTH_SCALES if field.name == 'length_scale' else field.metadata.get('choices')
+        words = (choices or {}).get(field.name, words)
         group.add_argument(
             option_name(field),
             type=_parser_of(field),
-            metavar=None if choices else _metavar(field),
-            choices=choices,
+            metavar=None if words else _metavar(field),
+            choices=words,
             **option,
         )
 

@@ -7,6 +7,7 @@ from contextlib import closing
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import (
+    OF_PAIRS,
     add_config_options,
     add_max_chunk,
     add_worker_options,
@@ -41,8 +42,9 @@ entropy of the scans joined is above that of each alone, in nats, across the sur
 where two scans or more meet; the same where passes meet; and the mean map entropy.
 
 Points wait in DIR until all is done: the memory does not grow with the recording.
-Exit code: 0 all keyframes hang together, 1 they do not (what there is, is written) or
-BAG cannot be used, 2 the command line is wrong, 130 interrupted: DIR is not made.
+Exit code: 0 all keyframes hang together, 1 they do not, or the scans contradict most of the
+trajectory (what there is, is written), or BAG cannot be used, 2 the command line is wrong,
+130 interrupted: DIR is not made.
 """
 EPILOG = """\
 examples:
@@ -82,9 +84,9 @@ def add_parser(subparsers):
     )
     add_worker_options(parser, 'DIR by the same path')
     add_max_chunk(parser)
-    add_config_options(parser, without=DECIDED)
+    add_config_options(parser, without=DECIDED, choices={'motion': ('none', 'guess')})
     for config_type in OTHERS:
-        add_config_options(parser, config_type=config_type)
+        add_config_options(parser, OF_PAIRS, config_type)
     parser.set_defaults(run=run)
 
 
@@ -99,7 +101,8 @@ def run(args):
     with filling(args.out) as folder:
         record = smooth(asked, folder.absolute(), lambda tasks: _done(tasks, args), _progress)
     _print(record, args.out)
-    return OK if record['parts'] == 1 else FAILED
+    is_doubtful = 2 * record['contradicted'] > record['keyframes'] - 1
+    return OK if record['parts'] == 1 and not is_doubtful else FAILED
 
 
 def _asked(args):
@@ -107,10 +110,6 @@ def _asked(args):
     from idem_ros.smoothing.run import Asked
 
     config = config_from(args)
-    if config.motion not in ('none', 'guess'):
-        raise UsageError(
-            f'--motion is {config.motion}; here it is none, or guess: as the trajectory has it'
-        )
     if config.voxel_size is None:
         raise UsageError('--voxel-size is none; scans of a whole recording are joined on voxels')
     preprocessing, point_times, smoothing = (config_from(args, kind) for kind in OTHERS)

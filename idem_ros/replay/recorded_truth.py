@@ -108,7 +108,9 @@ def _frame(recording, truths, source):
     if source is None:
         raise NoTruth(
             f'{recording.path} has true poses of {len(children)} frames '
-            f'({", ".join(map(repr, children)) or "none"}), and no scans that tell which is meant'
+            f'({", ".join(map(repr, children)) or "none"}), and no scans that tell which is '
+            'meant: name these by --source-topic; the places of the sensors of a rig make no '
+            'trajectory, idem calibrate says how far from them it ends'
         )
     (_, _, scan), *_ = recording.messages([source])
     return scan.header.frame_id

@@ -30,6 +30,11 @@ class Relation:
         """Whether it may decide about poses."""
         return self.covariance is not None
 
+    @property
+    def is_step(self):
+        """Whether it is of a keyframe and the next."""
+        return self.j == self.i + 1 and not self.is_loop
+
 
 @dataclass(frozen=True)
 class Joint:

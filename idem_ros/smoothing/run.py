@@ -112,7 +112,8 @@ def _record(asked, scans, found, given, scores):
         'map': scores,
         'relations': [_relation_record(each, scans) for each in found.relations],
         'failures': found.failures,
-        'notes': [*_notes(scans), *scans.notes],
+        'contradicted': int(sum(found.contradicted.values())),
+        'notes': [*_notes(scans), *_doubts(found, asked), *scans.notes],
         'alone': _alone(part, scans),
         'versions': versions(),
         **as_record(asked.settings),
@@ -149,6 +150,17 @@ def _notes(scans):
         )
     if scans.refused:
         yield f'{scans.refused} scans cannot be used: {"; ".join(scans.reasons)}'
+
+
+def _doubts(found, asked):
+    """Yield a line where the trajectory seems to be of something else."""
+    contradicted = found.contradicted
+    if 2 * sum(contradicted.values()) > len(contradicted):
+        yield (
+            f'the scans contradict {sum(contradicted.values())} of {len(contradicted)} steps of '
+            f'{asked.trajectory}, or do not bear them out: is it of this recording, and of the '
+            'frame of its scans? Else odometry_sigma is too small'
+        )
 
 
 def _require_two(scans, odometry, asked):

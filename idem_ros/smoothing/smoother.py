@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core import Cloud, PosePrior
-from idem_ros.core.geometry.se3 import inverse
+from idem_ros.core.geometry.se3 import inverse, log
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.several.pose_graph import solve_graph
 from idem_ros.core.several.system import parts_of
@@ -17,6 +17,8 @@ from idem_ros.smoothing.keyframes import SHARE_OF_RANGE
 
 ROUNDS = 3  # of looking for loops where the last ones have brought the keyframes
 AT_ONCE = 8  # pairs of a task
+ORDER = [3, 4, 5, 0, 1, 2]  # (omega, v) <-> x y z rx ry rz
+SIGMAS = 3.0  # from where a step is contradicted
 LOOKED_AT = 4  # keyframes that tell the size of voxels
 
 
@@ -41,6 +43,20 @@ class Smoothed:
         """The number of the part that each keyframe hangs together with others in, (K,)."""
         pairs = [(each.i, each.j) for each in self.relations if each.counts]
         return parts_of(np.array(pairs, int).reshape(-1, 2), len(self.poses))
+
+    @property
+    def contradicted(self):
+        """Which steps of the trajectory the scans contradict, of those that were looked at."""
+        return {each.i: self._contradicts(each) for each in self.relations if each.is_step}
+
+    def _contradicts(self, relation):
+        """Whether a relation says something else than the step of the trajectory, or nothing."""
+        if not relation.counts:
+            return True
+        step = self.steps[relation.i]
+        off = log(inverse(step.T) @ relation.T_i_j)[ORDER]
+        square = off @ np.linalg.solve(step.covariance + relation.covariance, off)
+        return square > 6 * SIGMAS**2
 
 
 class Smoother:

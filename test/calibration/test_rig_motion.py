@@ -1,14 +1,23 @@
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from clouds import motion, surface
 
-from idem_ros.calibration.rig_motion import at_one_time, is_still, places, twist_at, twist_at_time
+from idem_ros.calibration.rig_motion import (
+    at_one_time,
+    independent,
+    is_still,
+    motion_at_time,
+    twist_at,
+)
 from idem_ros.calibration.sighting import Measured
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry import se3
 
 TWIST = np.array([0.4, -0.2, 0.1, 0.1, 0.2, -0.3])
 ORDER = [3, 4, 5, 0, 1, 2]
+SPREAD = 0.03
 CONFIG = RegistrationConfig(voxel_size=None)
 
 
@@ -48,7 +57,7 @@ def test_two_sweeps_of_the_reference_tell_how_the_rig_moves(rng, later):
         for seen, times in [swept(rng, np.eye(4), start, surface(rng, 2500))]
     )
     # the twist is constant, so that the same one moves the second from its own stamp on
-    found = twist_at_time(0.05, first, [(second, later)], CONFIG)
+    found = motion_at_time(0.05, SPREAD, first, [(second, later)], CONFIG).twist
     np.testing.assert_allclose(found, TWIST, atol=0.03)
     assert not is_still(found)
 
@@ -61,18 +70,34 @@ def test_in_a_bend_each_sweep_has_a_twist_of_its_own(rng):
         for seen, times in [swept(rng, np.eye(4), stamp, surface(rng, 2500), change)]
     )
     when = 0.05
-    found = twist_at_time(when, first[0], others, CONFIG)
+    bend = motion_at_time(when, SPREAD, first[0], others, CONFIG)
+    found = bend.twist
     off = np.abs(found - (1 + change * when) * TWIST).max()
-    one = twist_at_time(when, first[0], others[1:], CONFIG)
+    straight = motion_at_time(when, SPREAD, first[0], others[1:], CONFIG)
+    one = straight.twist
     assert off < 0.03 < np.abs(one - (1 + change * when) * TWIST).max()
+    # how much it changes within the sweep is not known of one twist
+    assert np.trace(bend.covariance) > 0.9 * (change * SPREAD) ** 2 * TWIST @ TWIST
+    assert np.trace(straight.covariance) < np.trace(bend.covariance)
 
 
 def test_a_rig_that_stands_is_still(rng):
     clouds = [Measured(surface(rng, 2000)) for _ in range(2)]
-    assert is_still(0.02 * twist_at_time(0.0, clouds[0], [(clouds[1], 1.0)], CONFIG))
+    assert is_still(0.02 * motion_at_time(0.0, 0.0, clouds[0], [(clouds[1], 1.0)], CONFIG).twist)
 
 
-def test_places_are_counted_by_what_moved_and_what_is_unknown():
-    far, near = se3.translation(np.array([2.0, 0, 0])), se3.translation(np.array([0.1, 0, 0]))
-    assert places([], 0.5) == 1
-    assert places([far, near, None, near], 0.5) == 3
+class Step(NamedTuple):
+    """What is looked at of a registration."""
+
+    T_target_source: np.ndarray
+    overlap: float
+
+
+def test_instants_count_by_how_much_they_have_in_common():
+    far, near = (Step(se3.translation(np.array([x, 0, 0])), 0.9) for x in (2.0, 0.1))
+    apart = Step(far.T_target_source, 0.0)
+    assert independent([], 0.5) == 1
+    assert independent([near, near], 0.5) == 1
+    assert independent([None, apart], 0.5) == 3
+    assert 1.2 < independent([far], 0.5) < 1.8
+    assert independent([far, far], 0.5) < independent([far, None], 0.5) < 3

@@ -237,6 +237,30 @@ def test_a_cloud_that_cannot_be_read_is_named_and_the_rest_is_calibrated(truth, 
     assert 'right is not calibrated' in out
 
 
+def test_where_no_cloud_can_be_read_the_files_are_named_first(truth, capsys):
+    for name in ('left', 'right'):
+        Path(f'0/{name}.npy').write_bytes(b'')
+    assert main(['calibrate', '0', '--start', 'start.yaml', '--reference', 'top', *VOXELS]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith('idem: error: left is left out: 0/left.npy')
+    assert '--reference' not in error
+
+
+def test_fewer_instants_than_asked_for_are_said_and_truth_is_compared(tmp_path, rng, capsys):
+    poses, path = extrinsics(rng), tmp_path / 'rig.mcap'
+    true = [
+        ('/ground_truth', START + k, transform_message(T, START, 'top', name))
+        for k, (name, T) in enumerate(zip(SENSORS[1:], poses[1:], strict=True))
+    ]
+    write_mcap(path, [*recording(rng, poses, told=poses), *true])
+    assert main(['calibrate', str(path), '--reference', '/top', '--instants', '9', *VOXELS]) == 0
+    out = capsys.readouterr().out
+    assert 'note: 9 instants are asked for, and there are 2' in out
+    assert re.search(r'note: left is 0\.00\d+ m and .* where the recording says', out)
+    assert main(['truth', str(path), '--out', str(tmp_path / 'truth.tum')]) == 1
+    assert 'idem calibrate' in capsys.readouterr().err
+
+
 def test_a_simulated_rig_is_recorded_with_starts_and_truth(tmp_path):
     from idem_ros.recording.reader import open_recording
 

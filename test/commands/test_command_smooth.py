@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clouds import motion
 from drives import drive, stamps_of, write_drive
 
 from idem_ros.commands import smooth
@@ -70,6 +71,15 @@ def test_a_recording_that_the_trajectory_covers_in_part_is_done_in_part(here, ca
     assert len(read_trajectory('out/trajectory.tum')) == 4
 
 
+def test_a_trajectory_of_another_recording_is_noticed(here, capsys):
+    _, _, other = drive(np.random.default_rng(5), points=10)
+    bent = np.array([T @ motion(np.random.default_rng(k), 15.0, 0.5) for k, T in enumerate(other)])
+    write_tum('drive2.tum', stamps_of(16), bent)
+    ask = ['drive2.tum' if each == 'drive.tum' else each for each in ASK]
+    assert main([*ask, *KEYFRAMES]) == 1
+    assert 'steps of drive2.tum' in capsys.readouterr().err
+
+
 def test_what_is_not_connected_is_said_and_written(here, capsys):
     clouds, _, odometry = drive(np.random.default_rng(1), 4)
     clouds[1] = clouds[1] + (30.0, 0.0, 0.0)
@@ -94,7 +104,6 @@ def test_what_is_not_connected_is_said_and_written(here, capsys):
         (('loops.txt', '1 999\n'), ['--loops', 'loops.txt'], 1, 'no scan with a pose'),
         (None, ['--keyframe-distance', '50', '--keyframe-turn', '180'], 1, '1 keyframe in 16'),
         (None, ['--voxel-size', 'none'], 2, 'joined on voxels'),
-        (None, ['--motion', 'solve'], 2, 'as the trajectory has it'),
         (None, ['--jobs', '0'], 2, 'from 1'),
         (None, ['--window', '1'], 2, 'window is 1'),
         (('out/else.txt', 'mine'), [], 1, 'is not empty'),
@@ -116,6 +125,16 @@ def test_what_cannot_be_done_is_one_line_and_leaves_nothing(
     assert len(said) == 1
     assert words in said[0]
     assert sorted(path for path in Path().rglob('*')) == before
+
+
+@pytest.mark.parametrize(
+    'options', [['--motion', 'solve'], ['--motion', 'last'], ['--crop-target']]
+)
+def test_what_would_be_ignored_is_not_offered(here, capsys, options):
+    with pytest.raises(SystemExit) as ended:
+        main([*ASK, *options])
+    assert ended.value.code == 2
+    assert options[0] in capsys.readouterr().err
 
 
 def test_an_interrupt_leaves_nothing(here, monkeypatch, capsys):
