@@ -15,8 +15,8 @@ from idem_ros.simulation.street import street
 
 COST = 5.0  # times the slowest honest cloud
 SHARE, SLACK_MS = 1.2, 20.0  # of a budget, or beyond it
-SIZES, QUICK_SIZES = (5_000, 20_000, 120_000), (3_000,)
-BUDGETS, QUICK_BUDGETS = (20.0, 100.0, 400.0), (20.0,)  # [ms]
+SIZES, QUICK_SIZES = (5_000, 20_000, 60_000), (3_000,)
+BUDGETS, QUICK_BUDGETS = (20.0, 100.0), (20.0,)  # [ms]
 VOXELS = (None, 'auto', 0.5)
 RINGS, SWEEP = 64, 0.1
 
