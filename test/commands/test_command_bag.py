@@ -47,10 +47,10 @@ def test_a_recording_holds_the_target_once_and_each_source_with_guess_and_truth(
 def test_columns_are_chosen_for_all_files(folder):
     for name in ('target', 'a'):
         cloud = np.load(f'{name}.npy')
-        np.savetxt(f'{name}.csv', cloud[:, ::-1], delimiter=',', header='h,n,e', comments='')
+        np.savetxt(f'{name}.csv', cloud[:, ::-1], delimiter=',', header='p,q,r', comments='')
     argv = ['bag', 'target.csv', 'a.csv', '--out', 'out.mcap']
     assert main(argv) == 1
-    assert main([*argv, '--columns', 'e,n,h']) == 0
+    assert main([*argv, '--columns', 'r,q,p']) == 0
     for (_, _, message), name in zip(logged(), ('target', 'a'), strict=True):
         np.testing.assert_allclose(read_points(message).points, np.load(f'{name}.npy'), atol=1e-6)
 
