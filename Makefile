@@ -23,7 +23,7 @@ KERNELS := prescott $(if $(shell grep -m1 -ow avx2 /proc/cpuinfo),haswell zen) \
 PORTABLE := $(KERNELS:%=openblas-%) numpy-without-avx512 numpy-without-avx2 numba-generic
 # left out there: what is only read, written, shown or started, and what measures time and memory
 PLAIN := atomic_* bad_recordings bench_commands bench_evaluation bench_report_cost bench_speed cluster cloud_f* clouds_again command_* comparison console core_names \
-	dead_ports diagnostics documentation experiment_models figures fuzz* gate guesses interface interrupts jit \
+	dead_ports diagnostics documentation experiment_models figures fuzz* gate guesses interface interrupts* jit \
 	kernel_cache kitti_segments last_result launch live_run loopback main *_file *_folder messages node_* \
 	one_recording options overall pairing* parameters play* pointcloud2 printable rates record_text recorded_truth \
 	recording_* report* result* selection settings spool stamps structured_text summary \
