@@ -201,7 +201,7 @@ soak: $(READY)
 
 # an environment that sees the sourced ROS; where there is none, that of the other tests
 ROS_VENV := $(if $(shell command -v ros2),.venv-ros,$(VENV))
-ROS_TESTS := test/node/test_ros_packages.py test/node/test_launch.py test/node/test_node_inputs.py \
+ROS_TESTS := test/node/test_ros_packages.py test/node/test_launch.py test/node/test_node_inputs.py test/node/test_node_tf.py \
 	test/node/test_node_outputs.py test/node/test_player.py
 
 test-ros: $(ROS_VENV)/.ready

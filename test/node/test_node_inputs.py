@@ -1,11 +1,9 @@
 """The node in this process: guesses of every type, pairing by stamps, clocks that are set back."""
 
-from importlib.util import find_spec
 from types import SimpleNamespace
 
-import poses
 import pytest
-from node_bench import FIRST, MS, T_TRUTH, cloud_message, guess_message, send
+from node_bench import FIRST, MS, T_TRUTH, cloud_message, guess_message, publish_clouds, send
 
 # isort: split
 import numpy as np
@@ -16,10 +14,9 @@ from rclpy.event_handler import QoSSubscriptionEventType
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
-from idem_ros.core import InvalidConfig, register
+from idem_ros.core import register
 from idem_ros.core.geometry.se3 import exp
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.node import subscriptions
 from idem_ros.node.messages import time_message
 from idem_ros.pairing.stamped_poses import interpolated
 
@@ -28,11 +25,6 @@ SECOND = 1000 * MS
 
 def values(status):
     return {each.key: each.value for each in status.values}
-
-
-def publish_clouds(bench, clouds, stamp):
-    bench.target.publish(cloud_message(clouds[0], stamp - 10 * MS, 'map'))
-    bench.source.publish(cloud_message(clouds[1], stamp, 'lidar'))
 
 
 def pose_message(kind, transform, stamp, frame_id='map', child_frame_id='lidar'):
@@ -112,16 +104,6 @@ def test_type_of_the_guess_may_change_while_it_runs(bench, clouds):
     b.transform_of(FIRST + 100 * MS)
 
 
-@pytest.mark.skipif(find_spec('tf2_msgs') is not None, reason='tf2_msgs is installed here')
-def test_change_to_tf_without_its_messages_is_refused_with_the_package_to_install(bench, clouds):
-    b = bench().start()
-    (result,) = b.node.set_parameters([Parameter('initial_guess.type', value='tf')])
-    assert not result.successful
-    assert 'apt install ros-jazzy-tf2-msgs' in result.reason
-    send(b, clouds, FIRST)
-    b.transform_of(FIRST)
-
-
 @pytest.mark.parametrize('name', ['identity', 'last'])
 def test_guess_that_no_topic_need_give_is_not_waited_for(bench, clouds, name):
     b = bench(guess_type=name, guess_class=None).start()
@@ -150,61 +132,6 @@ def test_pose_of_long_ago_on_the_topic_is_where_the_first_one_starts(bench, clou
     publish_clouds(b, clouds, FIRST)
     expected = register(*clouds, guess).T_target_source
     np.testing.assert_allclose(matrix_of(b.transform_of(FIRST)), expected, rtol=0, atol=1e-9)
-
-
-@pytest.mark.skipif(find_spec('tf2_msgs') is not None, reason='tf2_msgs is installed here')
-def test_tf_without_its_messages_ends_the_start_with_the_package_to_install(bench):
-    with pytest.raises(InvalidConfig, match='apt install ros-jazzy-tf2-msgs'):
-        bench(guess_type='tf', guess_class=None).start()
-
-
-@pytest.fixture
-def tf_bench(bench, monkeypatch):
-    """A node that listens to tf, where no package has its messages: they are handed to it."""
-    class_of = subscriptions._class_of
-    monkeypatch.setattr(
-        subscriptions,
-        '_class_of',
-        lambda msgtype, kind: Odometry if 'tf2_msgs' in msgtype else class_of(msgtype, kind),
-    )
-    return bench(guess_type='tf', guess_class=None).start()
-
-
-def test_guess_from_tf_is_the_way_from_source_to_target_at_the_stamp(tf_bench, clouds):
-    b = tf_bench
-    publish_clouds(b, clouds, FIRST)
-    b.until(lambda: b.statuses('waiting') and 'lidar' in b.statuses('waiting')[-1].message)
-    text = b.statuses('waiting')[-1].message
-    assert text.startswith('waiting for initial_guess (/tf has 0 publishers, /tf_static has 0')
-    assert "tf does not connect the source frame 'lidar' with the target frame 'map'" in text
-    b.node.registration.inputs.subscriptions.held['tf_static'][0].callback(
-        poses.tf(guess_message(np.eye(4), 0, 'base', 'lidar'))
-    )
-    for shift in (-50 * MS, 50 * MS):
-        moving = guess_message(np.eye(4), FIRST + shift, 'map', 'base')
-        b.node.registration.inputs.subscriptions.held['tf'][0].callback(poses.tf(moving))
-    np.testing.assert_allclose(matrix_of(b.transform_of(FIRST)), T_TRUTH, rtol=0, atol=0.02)
-
-
-def test_transform_that_tf_lacks_is_a_refusal_with_the_frames_named(tf_bench, clouds):
-    b = tf_bench
-    publish_clouds(b, clouds, FIRST)
-    publish_clouds(b, clouds, FIRST + 100 * MS)
-    b.until(lambda: b.statuses('refused'))
-    assert "'lidar' with the target frame 'map'" in b.statuses('refused')[0].message
-    assert b.received['transform'] == []
-
-
-def test_tf_is_subscribed_as_tf2_does(tf_bench):
-    qualities = {}
-    for topic in ('/tf', '/tf_static'):
-        (info,) = tf_bench.node.get_subscriptions_info_by_topic(topic)
-        quality = info.qos_profile
-        qualities[topic] = quality.reliability.name, quality.durability.name
-    assert qualities == {
-        '/tf': ('RELIABLE', 'VOLATILE'),
-        '/tf_static': ('RELIABLE', 'TRANSIENT_LOCAL'),
-    }
 
 
 def test_nearest_target_is_refused_beyond_the_tolerance(bench, clouds):

@@ -138,6 +138,11 @@ def values_of(status):
     return {each.key: each.value for each in status.values}
 
 
+def publish_clouds(bench, clouds, stamp):
+    bench.target.publish(cloud_message(clouds[0], stamp - 10 * MS, 'map'))
+    bench.source.publish(cloud_message(clouds[1], stamp, 'lidar'))
+
+
 def send(bench, clouds, stamp, target=True):
     if target:
         bench.target.publish(cloud_message(clouds[0], stamp - 10 * MS, 'map'))
