@@ -30,8 +30,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument(
         '--only',
         metavar='PART',
-        help='long_run, fast_run, moving_run, overload or killed (default: these), or flood: '
-        'an hour of guesses, garbage, a clock that jumps and a second node of the same name',
+        help='long_run, fast_run, moving_run, overload or killed (default: these), or kept: '
+        'a capsule of every source, beside none; or flood: an hour of guesses, garbage, a clock '
+        'that jumps and a second node of the same name',
     )
     parser.add_argument(
         '--kills', type=int, help='how often the node is killed (default: 10); 200 take 15 minutes'
@@ -54,14 +55,14 @@ def _soak(args: argparse.Namespace) -> int:
     from benchmarks.goal import goals_table
     from benchmarks.soak.children import SoakFailed
     from benchmarks.soak.flood import flood
-    from benchmarks.soak.parts import PARTS, QUICK, Size
+    from benchmarks.soak.parts import PARTS, QUICK, Size, kept
 
     size, goals = QUICK if args.quick else Size(), []
     if args.kills is not None:
         size = replace(size, kills=args.kills)
     if args.seconds is not None:
         size = replace(size, flood_s=args.seconds)
-    parts = {**PARTS, 'flood': flood}
+    parts = {**PARTS, 'kept': kept, 'flood': flood}
     if args.only not in (None, *parts):
         raise SoakFailed(f'--only {args.only}: there is no such part; {", ".join(parts)}')
     for run in PARTS.values() if args.only is None else (parts[args.only],):

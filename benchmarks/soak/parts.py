@@ -5,6 +5,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -141,6 +143,21 @@ def killed(size: Size) -> Part:
     clean_shared_memory()
     part.notes.append(f'from its start to "ready": {_listed(starts)} s')
     _hold_restarts(part, size, played, kills, readies)
+    return part
+
+
+def kept(size: Size) -> Part:
+    """A capsule of every source: the latency over that without capsules."""
+    part = Part(f'{size.points} points on both topics at {RATE:g} Hz, without and with capsules')
+    p99 = []
+    with TemporaryDirectory() as folder:
+        for more in ({}, {'capsules.folder': folder, 'capsules.when': 'all'}):
+            played, _ = run_a_node(part, size.points, RATE, size.moving_s, more)
+            part.goals += _counted(played)
+            p99.append(float(np.percentile(latencies(played), 99)))
+        part.notes.append(f'{len(list(Path(folder).glob("*.mcap")))} capsules')
+    part.notes.append(f'p99 from publication to transform: {p99[0]:.1f}, {p99[1]:.1f} ms')
+    part.hold_by_the_clock(size, Goal('p99 with capsules over that without', p99[1] / p99[0], 1.1))
     return part
 
 
