@@ -241,7 +241,7 @@ def _lacking(
     """Return verdict, reason, whether a free motion says more; None where the clouds can tell."""
     if agreement.overlap.share < trust.least_overlap:
         share = f'{agreement.overlap.share:.1%} of the points have a neighbour in the other cloud'
-        return Verdict.LOW_OVERLAP, share, False
+        return Verdict.LOW_OVERLAP, f'{share}: is the guess right, and the unit the same?', False
     if agreement.meeting < trust.least_meeting:
         few = (
             f'{agreement.meeting} points of a cloud have a neighbour in the other, '
