@@ -13,11 +13,12 @@ from scipy.spatial.transform import Rotation
 from benchmarks.case import displaced, errors
 from benchmarks.unseen import STARTS, Unseen
 from idem_ros.core import RegistrationConfig, register, warm_up
-from idem_ros.core.solve.tuning import SolverTuning, TrustTuning, tuned_numbers
 from idem_ros.core.trust.verdict import Verdict
+from idem_ros.core.trust_tuning import TrustTuning
+from idem_ros.core.tuning import SolverTuning, tuned_numbers
 from idem_ros.evaluation.worker_pool import worker_pool
 
-AS_TUNED = ''
+AS_TUNED, AT_AUTO = '', 'auto'  # all as tuned, with the case's voxel size and with that found
 
 
 class Number(NamedTuple):
@@ -28,6 +29,7 @@ class Number(NamedTuple):
     reason: str
     neutral: float
     of: str  # the argument of `register` that holds it
+    acts_on_auto: bool = False  # and not where the voxel size is given
 
 
 class Run(NamedTuple):
@@ -56,7 +58,7 @@ class Compared:
 def numbers(names=()):
     """Return every tuned `Number`, or those of these names."""
     found = [
-        Number(*each, of)
+        Number(each.name, each.value, each.reason, each.neutral, of, each.acts_on_auto)
         for of, tuning in (('tuning', SolverTuning()), ('trust', TrustTuning()))
         for each in tuned_numbers(tuning)
     ]
@@ -81,10 +83,11 @@ def ablate(cases, chosen, jobs=1, progress=lambda steps, total: steps):
     else:
         with worker_pool(jobs) as pool:
             _collect(runs, progress(pool.map(_measured, *zip(*tasks, strict=True)), len(tasks)))
+    tuned = {each.name: AT_AUTO if each.acts_on_auto else AS_TUNED for each in chosen}
     return [
-        Compared(number, group, level, tuple(runs[AS_TUNED, group, level]), tuple(of))
+        Compared(number, group, level, tuple(runs[tuned[number], group, level]), tuple(of))
         for (number, group, level), of in runs.items()
-        if number != AS_TUNED
+        if number in tuned
     ]
 
 
@@ -111,17 +114,20 @@ def _collect(runs, outcomes):
 def _measured(unseen: Unseen, chosen):
     """Return [((number, group, level), `Run`), ...] of a case, as tuned and without each."""
     case = unseen.build()
-    config = RegistrationConfig(voxel_size=case.voxel_size)
-    tunings = {AS_TUNED: {}}
+    given, auto = RegistrationConfig(voxel_size=case.voxel_size), RegistrationConfig()
+    tunings = {AS_TUNED: (given, {})}
+    if any(number.acts_on_auto for number in chosen):
+        tunings[AT_AUTO] = auto, {}
     for number in chosen:
         whole = SolverTuning() if number.of == 'tuning' else TrustTuning()
-        tunings[number.name] = {number.of: replace(whole, **{number.name: number.neutral})}
+        without = {number.of: replace(whole, **{number.name: number.neutral})}
+        tunings[number.name] = auto if number.acts_on_auto else given, without
     found = []
-    register(case.target, case.source, case.truth, config)  # so that none bears the first's costs
+    register(case.target, case.source, case.truth, given)  # so that none bears the first's costs
     for level, (degrees, multiple) in STARTS.items():
         rng = np.random.default_rng(crc32(f'{case.name} {level}'.encode()))
         guess = displaced(case.truth, case.centroid, degrees, multiple * case.spacing, rng)
-        for name, tuning in tunings.items():
+        for name, (config, tuning) in tunings.items():
             begin = thread_time()
             result = register(case.target, case.source, guess, config, **tuning)
             ms = 1e3 * (thread_time() - begin)

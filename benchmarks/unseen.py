@@ -8,10 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.case import succeeded
+from benchmarks.case import Case, succeeded
 from benchmarks.conditions import CONDITIONS, condition
 from benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from benchmarks.new_scans import scan_sets
+from benchmarks.tunnels.trials import setup
 from idem_ros.simulation.body import random_body
 
 FIRST_SEED = 1000
@@ -56,7 +57,7 @@ class Unseen:
 
 def unseen(quick=False):
     """Return all `Unseen` cases; those of the real scans where they lie beside the checkout."""
-    found = [*_real(), *_simulated(), *_sampled()]
+    found = [*_real(), *_simulated(), *_in_tunnels(), *_sampled()]
     return found[::20] if quick else found
 
 
@@ -75,6 +76,19 @@ def _simulated():
             for seed in range(FIRST_SEED, FIRST_SEED + SEEDS // 2):
                 name = f'unseen {kind} {how} {voxel} {seed}'
                 yield Unseen(kind, partial(build, name, kind, seed, voxel))
+
+
+def _in_tunnels():
+    """Yield tunnels with niches and facades with posts: few surfaces tell the way along them."""
+    for name in ('niches', 'posts'):
+        for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+            yield Unseen(name, partial(_in_tunnel, name, seed))
+
+
+def _in_tunnel(name, seed):
+    drawn = setup(name, seed)
+    voxel_size = drawn.voxel_size
+    return Case(f'unseen {name} {seed}', drawn.target, drawn.source, drawn.truth, voxel_size)
 
 
 def _sampled():

@@ -7,9 +7,9 @@ from scipy.stats import spearmanr
 
 from benchmarks.goal import Goal
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.consistency import Consistency
 from idem_ros.simulation.drive import drive
 from idem_ros.simulation.lidar import Lidar, scan
+from idem_ros.smoothing.consistency import Consistency
 from idem_ros.smoothing.map_blocks import MapBlocks
 from idem_ros.terminal.markdown import number, table
 

@@ -10,14 +10,15 @@ import numpy as np
 from idem_ros.core import Cloud
 from idem_ros.core.blocks import Workers
 from idem_ros.core.metric.balls import between_origins
-from idem_ros.core.registration import SOLVER, TRUST
 from idem_ros.core.solve.cost import Linearization
 from idem_ros.core.solve.moving import MovingCost, of_common_twist
-from idem_ros.core.solve.pair import prepare
+from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.solve.sweep import sweep_of
 from idem_ros.core.trust.moving_covariance import of_pose_and_twist
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance
 from idem_ros.core.trust.twist_prior import weighed_twist
+from idem_ros.core.trust_tuning import TRUST
+from idem_ros.core.tuning import SOLVER
 
 NOTHING = 0.0, 0.0  # is known of the twist
 ROTATION, TRANSLATION = slice(3, 6), slice(0, 3)
@@ -34,7 +35,8 @@ def least_ratios(a_sweep, config, standing, sigma=NOTHING):
     """
     target, source = Cloud(a_sweep.still.target), Cloud(a_sweep.points, a_sweep.times)
     sweep = sweep_of(source, a_sweep.twist, config)
-    pair = prepare(target, sweep.undone(), config, SOLVER, TRUST, Workers(1)).swept_as(sweep)
+    pair = prepare(target, sweep.undone(), config, SOLVER, TRUST, Workers(1))
+    pair = with_stages(pair).swept_as(sweep)
     T = between_origins(target, source, a_sweep.still.truth)
     moving = MovingCost(pair.around(T), pair.stages[-1], pair.sweep)
     stiffness = moving.linearize(pair.sweep.poses(T)).matrix

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.trust.poses import NUMBERS
-from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.trust.basin import LAST
 from idem_ros.core.trust.verdict_model import BEYOND, features, probability
+from idem_ros.core.trust_tuning import TrustTuning
 
 FAR_AND_WRONG = 4.0  # times as much: to believe such a one does harm
 RIDGE = 1e-4  # on weights of standardised inputs: the classes are nearly separable

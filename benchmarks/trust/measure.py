@@ -29,11 +29,12 @@ from benchmarks.trust.spread import spread, worst_coverage
 from benchmarks.trust.ways import ways
 from idem_ros.core import Cloud, register, warm_up
 from idem_ros.core.blocks import ALONE
+from idem_ros.core.coarse_to_fine import descend
 from idem_ros.core.metric.balls import between_origins
-from idem_ros.core.solve.pair import prepare
-from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
-from idem_ros.core.stages import descend
+from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.trust.basin import gauge
+from idem_ros.core.trust_tuning import TRUST
+from idem_ros.core.tuning import SOLVER
 from idem_ros.evaluation.worker_pool import worker_pool
 
 # cases of a kind; of 48, the worst of six axes is off by 11 points of coverage by chance alone
@@ -224,8 +225,8 @@ def _cost_goals(config, case):
         for name in ('verdict', 'none')
     }
     T_guess = between_origins(target, source, start)
-    numbers = SolverTuning(), TrustTuning()
-    descent = descend(prepare(target, source, configs['none'], *numbers, ALONE), T_guess)
+    pair = prepare(target, source, configs['none'], SOLVER, TRUST, ALONE)
+    descent = descend(with_stages(pair), T_guess)
     calls = {
         name: lambda _, c=c: register(target, Cloud(case.source), start, c)
         for name, c in configs.items()

@@ -28,11 +28,11 @@ if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.several.pose_graph import solve_graph as solve_graph
     from idem_ros.core.several.prior import PosePrior as PosePrior
     from idem_ros.core.solve.newton import Termination as Termination
-    from idem_ros.core.solve.tuning import SolverTuning as SolverTuning
-    from idem_ros.core.solve.tuning import TrustTuning as TrustTuning
     from idem_ros.core.status import Status as Status
     from idem_ros.core.trust.verdict import Assessment as Assessment
     from idem_ros.core.trust.verdict import Verdict as Verdict
+    from idem_ros.core.trust_tuning import TrustTuning as TrustTuning
+    from idem_ros.core.tuning import SolverTuning as SolverTuning
 
 # Loaded when they are first used: numba takes half a second, which `idem --help` need not wait.
 _LOADED_LATER = {
@@ -42,8 +42,8 @@ _LOADED_LATER = {
     'RegistrationResult': 'result',
     'Status': 'status',
     'Termination': 'solve.newton',
-    'SolverTuning': 'solve.tuning',
-    'TrustTuning': 'solve.tuning',
+    'SolverTuning': 'tuning',
+    'TrustTuning': 'trust_tuning',
     'Verdict': 'trust.verdict',
     'fourth_neighbor_distance': 'metric.q_tot',
     'q_per_point': 'metric.q_tot',

@@ -17,6 +17,7 @@ Result = TypeVar('Result')
 
 BLOCK = 2048
 AT_ONCE = 16  # blocks between two looks at the clock: some milliseconds
+GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
 
 
 class OutOfTime(Exception):
@@ -44,6 +45,16 @@ class Workers(NamedTuple):
 
 
 ALONE = Workers()
+
+
+def workers_of(threads: int, budget_ms: float | None) -> tuple[Workers, Workers]:
+    """Return the `Workers` of a solve, and those of a late result's verdict."""
+    if budget_ms is None:
+        return Workers(threads), Workers(threads)
+    budget = 1e-3 * budget_ms
+    end = perf_counter() + budget
+    share, least = GRACE
+    return Workers(threads, end), Workers(threads, end + max(share * budget, least))
 
 
 def in_blocks(n: int, workers: Workers, call: Callable[[int, int], Result]) -> list[Result]:

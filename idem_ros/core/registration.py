@@ -1,57 +1,34 @@
-"""Register two clouds by minimising q_tot: the algorithm on one page.
+"""Register two clouds by minimising q_tot (Eq. 8): the algorithm on one page.
 
-Prepare, radius (Eq. 9), stages coarse to fine: in each linearise, solve, accept and terminate
-(`newton.minimize`); result, assessment. The costs (Eq. 4 to 8) are in `cost`.
+`registered` goes in the order of the paper; each of its lines is a module. Costs (Eq. 4 to 8) are
+in `cost`; linearise, solve, accept and terminate are the loop of `newton.minimize`.
 """
-
-from dataclasses import replace
-from time import perf_counter
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from idem_ros.core.arrays import Transform
-from idem_ros.core.blocks import OutOfTime, Workers, in_threads
+from idem_ros.core.assessed_result import assessed, late, unsolved
+from idem_ros.core.blocks import OutOfTime, Workers, workers_of
+from idem_ros.core.coarse_to_fine import at_guess, descend
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.geometry import se3
-from idem_ros.core.loose import held_to_guess, seen_there
-from idem_ros.core.maps.map_cloud import MapCloud
 from idem_ros.core.maps.target import (
     Target,
     TargetLike,
-    as_source,
-    as_target,
+    as_target_and_source,
     in_reach,
     with_common_voxel_size,
 )
 from idem_ros.core.metric.balls import between_origins, from_origins
-from idem_ros.core.metric.cloud import Cloud, CloudLike
-from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.result import (
-    RegistrationResult,
-    agreement_at,
-    result_at,
-    weighed_against,
-    weighed_against_twist,
-)
-from idem_ros.core.solve.descent import Descent, not_begun
-from idem_ros.core.solve.newton import Termination
-from idem_ros.core.solve.pair import LEAST_POINTS, Pair, prepare
+from idem_ros.core.metric.cloud import CloudLike
+from idem_ros.core.result import RegistrationResult, result_at
+from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.solve.sweep import Sweep, sweep_of
-from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
-from idem_ros.core.stages import descend, minimum_beside, of_its_target, stay
-from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import assess, out_of_time, too_little
-from idem_ros.core.trust.observability import Observability
-from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.prior import Guess, information_of_guess
-from idem_ros.core.trust.scope import judged_in_scope
-from idem_ros.core.trust.verdict import Assessment
-
-GRACE = 0.15, 0.015  # of the budget, or [s]: for a late result's verdict
-SOLVER, TRUST = SolverTuning(), TrustTuning()
+from idem_ros.core.trust_tuning import TRUST, TrustTuning
+from idem_ros.core.tuning import SOLVER, SolverTuning
+from idem_ros.core.unobservable import ended, left_as_guessed
 
 
 def register(
@@ -79,9 +56,9 @@ def register(
             result, is the pose at `config.motion_reference`.
         guess_covariance: (6, 6) x y z rx ry rz of the guess: of the source frame's pose in the
             target frame, about its own origin; a variance of 0 says nothing of its axis. What the
-            clouds hold weakly is weighed against it, unless the result is farther from the guess
-            than it allows; of an audit, or with assessment none, it counts for nothing. None:
-            `config.guess_sigma`.
+            clouds determine weakly is weighed against it, unless the result is farther from the
+            guess than it allows; of an audit, or with assessment none, it counts for nothing.
+            None: `config.guess_sigma`.
         tuning: other numbers for the solver to go by.
         trust: other numbers for the verdict to go by.
 
@@ -95,9 +72,9 @@ def register(
     config = RegistrationConfig() if config is None else config
     if not isinstance(config, RegistrationConfig):
         raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
-    workers = workers_of(config)
+    workers = workers_of(config.threads, config.budget_ms)
     T = np.eye(4) if T_target_source is None else se3.checked_transform(T_target_source)
-    target, source = _clouds(target, source, config)
+    target, source = as_target_and_source(target, source, config.threads)
     sweep = sweep_of(source, twist, config)  # what is known of the sensor's motion
     guess = Guess(T, information_of_guess(guess_covariance, config))
     return registered(target, sweep, guess, config, tuning, trust, workers)
@@ -117,132 +94,31 @@ def registered(
     both_workers: those of the solve, and those of the verdict of a late result.
     """
     (workers, late_workers), source = both_workers, sweep.undone()
-    T = guess.transform
-    config = with_common_voxel_size(config, target, source)
+    T, iterations = guess.transform, 0
+    config = with_common_voxel_size(config, target, source, tuning)
     try:
-        near = in_reach(target, source, T, config, workers)  # all of a cloud, some of a map
-        if isinstance(target, MapCloud) and len(near) < LEAST_POINTS:
-            return _unsolved(T, Status.NO_OVERLAP, config, outside(target.bounds, source, T))
-        pair = prepare(near, source, config, tuning, trust, workers)  # voxels; radius of Eq. 9
-    except OutOfTime:
-        return _unsolved(T, Status.LATE, config, out_of_time())
-    if not pair.stages:
-        status = Status.TOO_FEW_POINTS if pair.is_small else Status.DEGENERATE
-        return _unsolved(T, status, config, too_little(*pair.clouds))
-    pair = pair.swept_as(sweep)
-    T_guess = between_origins(near, source, T)
-    guess = guess._replace(transform=T_guess)
-    descent, observability = _refined(pair, T_guess)  # stages, coarse to fine
-    try:
+        # Prepare: of a map what the source can meet; voxels.
+        near = in_reach(target, source, T, config, workers)
+        pair = prepare(near, source, config, tuning, trust, workers)
+        # Radius (Eq. 9), and by it the stages.
+        pair = with_stages(pair)
+        if not pair.stages:
+            return unsolved(target, pair, T)
+        pair = pair.swept_as(sweep)
+        # Stages, coarse to fine; in each: linearise (Eq. 4 to 8), solve, accept, terminate.
+        guess = guess._replace(transform=between_origins(near, source, T))
+        follow = at_guess if config.mode == 'audit' else descend
+        descent = follow(pair, guess.transform)
+        # Motions that no surface determines stay as guessed.
+        descent, observability = left_as_guessed(pair, guess.transform, descent)
+        T, iterations = from_origins(near, source, descent.solution.transform), descent.iterations
+        # Result: the points' agreement (Eq. 7), q_tot (Eq. 8).
         pair = pair._replace(workers=late_workers)
-        return _judged(pair, (near, source), guess, descent, observability)
+        pair, descent, observability = ended(pair, descent, observability)
+        result, agreement = result_at(pair, descent, observability)
+        # Assessment: verdict and covariance.
+        if config.assessment == 'none':
+            return result
+        return assessed(result, pair, (near, source), guess, descent, agreement, observability)
     except OutOfTime:
-        T = from_origins(near, source, descent.solution.transform)
-        return _unsolved(T, Status.LATE, config, out_of_time(), descent.iterations)
-
-
-def _clouds(
-    target: TargetLike, source: CloudLike, config: RegistrationConfig
-) -> tuple[Target, Cloud]:
-    """Return both, prepared at once where there are two threads."""
-    found: list[Target] = in_threads(
-        Workers(config.threads),
-        lambda each: each[0](each[1]),
-        [(as_target, target), (as_source, source)],
-    )
-    return found[0], cast(Cloud, found[1])
-
-
-def _refined(pair: Pair, T_guess: Transform) -> tuple[Descent, Observability | None]:
-    """Return the `Descent` from a guess, and the `Observability` where it ended; None if late."""
-    descent, follow = not_begun(T_guess), stay if pair.config.mode == 'audit' else descend
-    try:
-        descent = follow(pair, T_guess)
-        if descent.cost is None:
-            return descent, None
-        if follow is descend and pair.config.free_motions == 'guess':
-            return held_to_guess(pair, T_guess, descent)
-        return descent, seen_there(pair, descent)
-    except OutOfTime:
-        late = descent.solution._replace(termination=Termination.LATE)
-        return descent._replace(solution=late), None
-
-
-def _judged(
-    pair: Pair,
-    given: tuple[Cloud, Cloud],
-    guess: Guess,
-    descent: Descent,
-    observability: Observability | None,
-) -> RegistrationResult:
-    """Return the `RegistrationResult` of a descent; in its own time, where the solve was late.
-
-    given: the two `Cloud`s as they were given.
-    """
-    T = descent.solution.transform
-    pair = pair.moved_by(descent.sweep).around(T)
-    before, descent = descent, of_its_target(pair, descent)
-    cost = descent.cost
-    assert cost is not None, 'it is of the last stage'
-    cost.balls.workers = pair.workers
-    if observability is None or descent is not before:  # what it saw were another part's points
-        observability = seen_there(pair, descent)
-    agreement, q_tot = agreement_at(pair, cost.balls, T)
-    result = result_at(pair, descent, agreement, q_tot, observability)
-    if pair.config.assessment == 'none':
-        return result
-    if pair.config.mode == 'audit':
-        descent = minimum_beside(descent, pair, observability.held)
-        T = descent.solution.transform
-        agreement, _ = agreement_at(pair, cost.balls, T)
-    T_guess = guess.transform
-    said = assess(pair, given, descent, T_guess, agreement, observability)
-    said = judged_in_scope(said, *given, cost.balls, agreement, T)
-    if pair.config.assessment == 'swap':
-        said = replace(said, swap_gap=_swap_gap(pair, T_guess, T, observability))
-    result = replace(result, assessment=said)
-    result, T = weighed_against_twist(descent.sweep, result, pair, T)
-    return weighed_against(guess, result, pair, T)
-
-
-def _swap_gap(pair: Pair, T_guess: Transform, T: Transform, observability: Observability) -> float:
-    """Return how far from a result the registration of target to source ends.
-
-    Both minimise the same, from the same guess: a gap is an alarm. As the surfaces move, in the
-    clouds' unit; nan where a motion is free: each way has its own idea of it.
-    """
-    if not observability.observable.all():
-        return np.nan
-    back = descend(pair.swapped(), se3.inverse(T_guess)).solution.transform
-    return float(np.linalg.norm(np.linalg.solve(observability.units, se3.log(T @ back))))
-
-
-def _unsolved(
-    T: Transform,
-    status: Status,
-    config: RegistrationConfig,
-    said: Assessment | None,
-    iterations: int = 0,
-) -> RegistrationResult:
-    """Return the result of clouds of which nothing is observable: the guess, and why."""
-    said = None if config.assessment == 'none' else said
-    termination = Termination.LATE if status is Status.LATE else Termination.NOT_STARTED
-    return RegistrationResult(
-        T,
-        status,
-        iterations,
-        observable=np.zeros(6, bool),
-        termination=termination,
-        assessment=said,
-        voxel_size=size_found(config),
-    )
-
-
-def workers_of(config: RegistrationConfig) -> tuple[Workers, Workers]:
-    """Return the `Workers` of the solve, and those of a late result's verdict."""
-    if config.budget_ms is None:
-        return Workers(config.threads), Workers(config.threads)
-    budget = 1e-3 * config.budget_ms
-    end = perf_counter() + budget
-    share, least = GRACE
-    return Workers(config.threads, end), Workers(config.threads, end + max(share * budget, least))
+        return late(T, config, iterations)

@@ -1,6 +1,6 @@
 """What a registration returns: the pose, how it came about, what is observable, a verdict."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,8 +18,6 @@ from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import Agreement
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import ROS_ORDER
-from idem_ros.core.trust.prior import Guess, beyond_guess, weighed
-from idem_ros.core.trust.twist_prior import weighed_twist
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 
 
@@ -102,14 +100,19 @@ def agreement_at(pair: Pair, balls: Balls, T: Transform) -> tuple[Agreement, flo
 
 
 def result_at(
-    pair: Pair, descent: Descent, agreement: Agreement, q_tot: float, observability: Observability
-) -> RegistrationResult:
-    """Return the `RegistrationResult` of a `Descent`, without an assessment."""
+    pair: Pair, descent: Descent, observability: Observability
+) -> tuple[RegistrationResult, Agreement]:
+    """Return the `RegistrationResult` of a `Descent`, without an assessment, and the `Agreement`.
+
+    Raises:
+        OutOfTime: the pair's workers are late.
+    """
     solution, origin = descent.solution, pair.target.origin
     assert descent.cost is not None, 'a result has the radius of its cost'
+    agreement, q_tot = agreement_at(pair, descent.cost.balls, solution.transform)
     meeting = int(np.count_nonzero(agreement.reach))
     sweep = descent.sweep or Sweep(pair.source)
-    return RegistrationResult(
+    result = RegistrationResult(
         T_target_source=from_origins(pair.target, pair.source, solution.transform),
         status=_status(solution, agreement, observability),
         iterations=descent.iterations,
@@ -132,6 +135,7 @@ def result_at(
             [from_origins(pair.target, pair.source, each) for each in descent.path], (-1, 4, 4)
         ),
     )
+    return result, agreement
 
 
 def _status(solution: Solution, agreement: Agreement, observability: Observability) -> Status:
@@ -139,7 +143,7 @@ def _status(solution: Solution, agreement: Agreement, observability: Observabili
         return Status.NO_OVERLAP
     if solution.termination is Termination.NOT_STARTED:
         return Status.AUDITED
-    if solution.loose or not observability.observable.all():
+    if solution.singular or not observability.observable.all():
         return Status.DEGENERATE
     return Status(solution.termination.value)
 
@@ -148,61 +152,3 @@ def _in_ros_order(matrix: Matrix6, origin: Point) -> Matrix6:
     """Move the matrix from the target's origin to its frame, and put the translation first."""
     to_origin = se3.adjoint(se3.translation(-origin))
     return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]
-
-
-def weighed_against(
-    guess: Guess, result: RegistrationResult, pair: Pair, T: Transform
-) -> RegistrationResult:
-    """Return a result weighed against a guess of which it is known how far it may be off.
-
-    As it is, where nothing is known, where it cannot be used, or where the guess is audited.
-
-    Args:
-        guess: `Guess`, between the clouds' origins.
-        result: `RegistrationResult` with an assessment.
-        pair: the `Pair`.
-        T: (4, 4) its pose, between the clouds' origins.
-    """
-    said = result.assessment
-    is_audit = pair.config.mode == 'audit'
-    if said is None or is_audit or not (guess.information.any() and result.is_usable):
-        return result
-    position = T[:3, 3] - T[:3, :3] @ pair.source.origin
-    found = weighed(T, said.covariance, guess.transform, guess.information, position)
-    said = replace(said, covariance=found.covariance)
-    if not found.is_believed:
-        said = beyond_guess(said, found.distance)
-    T = from_origins(pair.target, pair.source, found.transform)
-    return replace(result, T_target_source=T, assessment=said)
-
-
-def weighed_against_twist(
-    sweep: Sweep | None, result: RegistrationResult, pair: Pair, T: Transform
-) -> tuple[RegistrationResult, Transform]:
-    """Return a result and its pose weighed against the twist that its solve started from.
-
-    As they are, where nothing was known of it, or where the result cannot be used.
-
-    Args:
-        sweep: the `Sweep` that was found.
-        result: `RegistrationResult` with an assessment.
-        pair: the `Pair`.
-        T: (4, 4) its pose, between the clouds' origins.
-    """
-    said, sigma = result.assessment, pair.config.twist_sigma
-    if said is None or said.sweep_covariance is None or not (any(sigma) and result.is_usable):
-        return result, T
-    if sweep is None or sweep.given is None or result.twist is None:
-        return result, T
-    position = T[:3, 3] - T[:3, :3] @ pair.source.origin
-    both = said.sweep_covariance
-    found = weighed_twist(T, result.twist, both, sweep.given, sigma, position)
-    if not found.is_believed:
-        far = f'the twist is {found.distance:.2g} deviations from the one given'
-        said = replace(said, reason=f'{said.reason}; {far}, which is not weighed')
-        return replace(result, assessment=said), T
-    less = said.covariance + (found.covariance - both)[:6, :6]
-    said = replace(said, covariance=less, sweep_covariance=found.covariance)
-    T = found.transform
-    at = from_origins(pair.target, pair.source, T)
-    return replace(result, T_target_source=at, twist=found.twist, assessment=said), T

@@ -7,15 +7,15 @@ import numpy as np
 
 from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.core.geometry.voxels import reduce_to_voxels
-from idem_ros.core.metric.consistency import (
+from idem_ros.core.metric.moments import AS_MEASURED
+from idem_ros.files.atomic_file import UnwritableFile
+from idem_ros.smoothing.consistency import (
     Consistency,
     MapRows,
     consistency_of,
     entropy_of,
     merged,
 )
-from idem_ros.core.metric.moments import AS_MEASURED
-from idem_ros.files.atomic_file import UnwritableFile
 
 CELLS = 32  # of a block along x and y
 CELL = 2  # voxels of a cell, along each axis: some of every scan lie in one

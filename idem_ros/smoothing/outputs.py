@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from idem_ros.core.metric.consistency import Consistency
 from idem_ros.files.pcd_file import pcd_header
 from idem_ros.files.pose_file import write_tum
 from idem_ros.files.pose_list_file import write_poses
 from idem_ros.smoothing.candidates import APART, way_along
+from idem_ros.smoothing.consistency import Consistency
 from idem_ros.smoothing.map_blocks import MapBlocks
 
 TRAJECTORY, GRAPH, MAP = 'trajectory.tum', 'graph.g2o', 'map.pcd'

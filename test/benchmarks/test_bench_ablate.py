@@ -11,7 +11,7 @@ from benchmarks.commands.main import main
 from benchmarks.conditions import condition
 from benchmarks.rows import SEEDS
 from benchmarks.unseen import FIRST_SEED, STARTS, Unseen, unseen
-from idem_ros.core.solve.tuning import SolverTuning
+from idem_ros.core.tuning import SolverTuning
 from idem_ros.simulation.body import BUNNY, random_body, surface_points
 
 NUMBER = Number('width', 2.0, 'far guesses', 1.0, 'tuning')

@@ -6,22 +6,23 @@ from idem_ros.core import (
     Cloud,
     MapCloud,
     RegistrationConfig,
-    SolverTuning,
     Status,
     Termination,
-    TrustTuning,
     Verdict,
     register,
 )
 from idem_ros.core.blocks import ALONE, OutOfTime, Workers, in_blocks
+from idem_ros.core.coarse_to_fine import at_guess, descend
 from idem_ros.core.config import MODES
 from idem_ros.core.geometry.se3 import translation
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.voxel_size import with_voxel_size
-from idem_ros.core.registration import _refined
 from idem_ros.core.several.edges import Audit
 from idem_ros.core.several.joint_balls import JointBalls
-from idem_ros.core.solve.pair import prepare
+from idem_ros.core.solve.pair import prepare, with_stages
+from idem_ros.core.trust_tuning import TRUST
+from idem_ros.core.tuning import SOLVER
+from idem_ros.core.unobservable import left_as_guessed
 
 
 def garbage(rng, n):
@@ -42,10 +43,10 @@ HOSTILE = {
 def test_the_pairs_of_a_cloud_are_bounded_by_its_points(rng, name, voxel_size):
     points = HOSTILE[name](rng, 6000)
     config = RegistrationConfig(voxel_size=voxel_size)
-    pair = prepare(Cloud(points), Cloud(points), config, SolverTuning(), TrustTuning(), ALONE)
+    pair = prepared([Cloud(points)] * 2, config=config)
     noise = rng.random((6000, 3))  # of scans and the like, that which has the most pairs
     as_given = RegistrationConfig(voxel_size=None)
-    even = prepare(Cloud(noise), Cloud(noise), as_given, SolverTuning(), TrustTuning(), ALONE)
+    even = prepared([Cloud(noise)] * 2, config=as_given)
     honest = max(pairs_of(even, stage) for stage in even.stages)
     for stage in pair.stages:
         assert pairs_of(pair, stage) < 5 * honest
@@ -72,10 +73,11 @@ def test_whatever_the_budget_the_best_so_far_is_the_result(rng, budget_ms):
 def test_late_before_the_first_stage_the_guess_is_what_there_is(rng, mode):
     clouds, config = [Cloud(surface(rng, 500)) for _ in range(2)], RegistrationConfig(mode=mode)
     config = with_voxel_size(config, *clouds)
-    pair = prepare(*clouds, config, SolverTuning(), TrustTuning(), ALONE)
-    descent, observability = _refined(pair._replace(workers=Workers(1, deadline=0.0)), np.eye(4))
+    pair = prepared(clouds, config=config)._replace(workers=LATE)
+    descent = at_guess(pair, I4) if mode == 'audit' else descend(pair, I4)
+    descent, observability = left_as_guessed(pair, I4, descent)
     assert descent.solution.termination is Termination.LATE
-    assert np.array_equal(descent.solution.transform, np.eye(4))
+    assert np.array_equal(descent.solution.transform, I4)
     assert observability is None
 
 
@@ -88,11 +90,11 @@ def test_blocks_are_not_begun_after_the_deadline():
 
 LATE = Workers(1, deadline=0.0)
 I4, FAR = np.eye(4), translation((2.0, 0.0, 0.0))
+AT_02 = RegistrationConfig(voxel_size=0.2)
 
 
-def prepared(clouds, workers=ALONE):
-    config = RegistrationConfig(voxel_size=0.2)
-    return prepare(*clouds, config, SolverTuning(), TrustTuning(), workers)
+def prepared(clouds, workers=ALONE, config=AT_02):
+    return with_stages(prepare(*clouds, config, SOLVER, TRUST, workers))
 
 
 def part_of_a_map(clouds, workers=ALONE):
@@ -117,8 +119,7 @@ def late_sums(clouds):
 
 
 def late_audit(clouds):
-    config = RegistrationConfig(voxel_size=0.2)
-    Audit(np.array([I4, I4]), config, TrustTuning(), LATE).of(*clouds, I4)
+    Audit(np.array([I4, I4]), AT_02, TRUST, LATE).of(*clouds, I4)
 
 
 STEPS = {

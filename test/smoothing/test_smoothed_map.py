@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.consistency import Consistency
 from idem_ros.smoothing import map_blocks
+from idem_ros.smoothing.consistency import Consistency
 from idem_ros.smoothing.map_blocks import MapBlocks
 
 

@@ -6,7 +6,7 @@ from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.cost import JointEntropy, NormalBalance
 
 
-def ball_cost(radius, noise=0.005, tangential=False, apart=float('inf'), levelled=False):
+def ball_cost(radius, noise=0.005, tangential=False, apart=float('inf'), curvature=1.0):
     """Of balls whose lengths are over their radius; noise and apart are multiples of it."""
     return BallCost(
         r2=radius**2 * (1.0 + 1e-12),
@@ -15,7 +15,7 @@ def ball_cost(radius, noise=0.005, tangential=False, apart=float('inf'), levelle
         tangential=tangential,
         valued=False,
         apart2=(apart * radius) ** 2,
-        levelled=levelled,
+        curvature=curvature,
     )
 
 

@@ -36,6 +36,7 @@ from idem_ros.core.metric.measured_points import (
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, moments_around, turned_weights
 from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
 from idem_ros.core.metric.voxel_size import Fit, fit_of
+from idem_ros.core.tuning import SOLVER, SolverTuning
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
@@ -198,9 +199,9 @@ class Cloud:
         """Return how many points share the cell of a point, on average; see `in_cells`."""
         return crowding(self.in_cells(radius).grid)
 
-    def voxel_fit(self) -> Fit | None:
+    def voxel_fit(self, tuning: SolverTuning = SOLVER) -> Fit | None:
         """Return how the points fill voxels, a `Fit`, or None; computed once."""
-        return self._kept.get('voxel_fit', None, lambda: fit_of(self._points))
+        return self._kept.get('voxel_fit', tuning, lambda: fit_of(self._points, tuning))
 
     def reduced(self, voxel_size: float) -> Cloud:
         """Return the cloud of voxel means, in this frame and with this origin; computed once.

@@ -10,6 +10,7 @@ from idem_ros.core.arrays import Floats, Integers, MomentRows
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, trace
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.moments import covariance, row_of
+from idem_ros.core.tuning import SOLVER, SolverTuning
 
 if TYPE_CHECKING:
     from idem_ros.core.metric.cloud import Cloud
@@ -20,23 +21,24 @@ LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells i
 # Members along a line, as one ring of a LiDAR leaves them, lie on the ring's cone: no noise shows.
 LEAST_SPREAD = 0.08  # of the second axis against the first, about
 SAMPLE, SHAPES = 512, 2000  # balls of each cloud, about: for their thickness, for their shape
-ENOUGH = 250.0  # r sqrt(k) over the thickness: from here on a wider ball gained nothing
-WIDEST = 2.0
 
 
-def widening(target: Cloud, source: Cloud, radius: float) -> float:
-    """Return by how much to widen balls of a radius, 1 to 2, for the noise of two `Cloud`s.
-
-    The means of k points of a surface of thickness s are known to s / sqrt(k); where the ball is
-    not wide against that, it tells the surface's direction badly. Measured, not derived: twice the
-    radius halves the error in a room at 9 standard deviations of noise, and doubles it in a
-    street at 50.
-    """
+def widening(target: Cloud, source: Cloud, radius: float, tuning: SolverTuning = SOLVER) -> float:
+    """Return by how much to widen balls of a radius for the noise of two `Cloud`s."""
     found = [cloud.thickness(radius) for cloud in (target, source)]
-    thickness = max(s for s, _ in found)
-    members = sum(k for _, k in found)
-    wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(members))) if members else 1.0
-    return float(np.clip(wanted, 1.0, WIDEST))
+    wanted = widening_for(max(s for s, _ in found), sum(k for _, k in found), radius, tuning)
+    return min(wanted, tuning.most_widening)
+
+
+def widening_for(
+    thickness: float, members: float, radius: float, tuning: SolverTuning = SOLVER
+) -> float:
+    """Return by how much balls would be widened for surfaces that are as thick, 1 at least.
+
+    members: of a ball.
+    """
+    wanted = np.sqrt(tuning.noise_ratio * thickness / (radius * np.sqrt(members or np.inf)))
+    return float(max(wanted, 1.0))
 
 
 def thickness_and_members(own: MomentRows) -> tuple[float, float]:
@@ -50,7 +52,7 @@ def thickness_and_members(own: MomentRows) -> tuple[float, float]:
     return float(np.sqrt(quantile(squares, QUARTILE))), quantile(members, 0.5)
 
 
-def share_of_sheets(own: MomentRows) -> float:
+def share_of_surfaces(own: MomentRows) -> float:
     """Return how many of the balls that hold a few points hold a surface, 0 to 1; the rest lines.
 
     own: (N, 10) moments of the balls.

@@ -7,7 +7,6 @@ from idem_ros.core.metric.cloud import Cloud
 
 SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
 STEPS_PER_OCTAVE = 8
-WIDEST = 0.75  # of half the diagonal of the smaller cloud's box; a wider ball holds all of it
 
 
 def weighted_radius(a: float, target: Cloud, source: Cloud, most: int | None = None) -> float:
@@ -34,10 +33,10 @@ def last_radius(target: Cloud, source: Cloud, a: float, workers: Workers) -> flo
     return min(a * float(np.sqrt(np.prod(spacings))), wide) or wide
 
 
-def widest_useful(target: Cloud, source: Cloud) -> float:
+def widest_useful(target: Cloud, source: Cloud, widest: float) -> float:
     """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
     boxes = (cloud.extent() for cloud in (target, source))
-    return WIDEST * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
+    return widest * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
 
 
 def rounded(radius: float) -> float:

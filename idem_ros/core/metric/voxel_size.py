@@ -17,19 +17,14 @@ from idem_ros.core.arrays import Floats, Indices, Points, Weights
 from idem_ros.core.config import AUTO, VOXEL_SIZES, RegistrationConfig
 from idem_ros.core.geometry.voxels import reduce_to_voxels
 from idem_ros.core.jit import kernel
+from idem_ros.core.metric.moments import AS_MEASURED
+from idem_ros.core.tuning import SOLVER, SolverTuning
 
 if TYPE_CHECKING:
     from idem_ros.core.metric.cloud import Cloud
 
 
 PER_OCTAVE = 2
-# Of the cloud that fills fewer, of several the median: what is finer costs more than it gains.
-MOST_VOXELS = 10_000
-LEAST_VOXELS = 2_000  # what is coarser loses the scene; of small clouds half their points
-# Of voxels' edges, the flattest quarter of the surfaces: noise fills finer voxels. It is alike in
-# neighbouring pixels of a depth camera, so that their number does not help.
-MOST_THICKNESS = 0.055
-LEAST_SURFACES = 0.52  # of the balls of many points; the others hold lines, as rings of a LiDAR
 # Steps: a ball among voxels reaches as far as a cube of twice their edge, but holds most of its
 # points nearer to the middle, where it may be one ring.
 BALL, CORE = 2, 1
@@ -37,7 +32,6 @@ FEWEST, MANY = 5, 10  # points that show how thick a surface is, and whether the
 LEAST_SPREAD = 0.08  # of the second axis of a surface against the first, about
 LEAST_CUBES = 30  # fewer say nothing of a cloud
 ALONE = 2 / 3  # of the points: voxels that are as many hold one point each
-FEW_POINTS = 4_000  # of both clouds: taken as given
 SAMPLE = 8_000  # points, about, in cubes that are looked at whole
 CUBES, LEAST_SAMPLED = 400, 48  # of them in the cloud, at least, and of those looked at
 COARSE_SAMPLE = 4_096  # points that tell how many there are
@@ -58,28 +52,34 @@ class Fit(NamedTuple):
         return self.coarsest - len(self.voxels) + 1
 
 
-def with_voxel_size(config: RegistrationConfig, *clouds: Cloud) -> RegistrationConfig:
+def with_voxel_size(
+    config: RegistrationConfig, *clouds: Cloud, tuning: SolverTuning = SOLVER
+) -> RegistrationConfig:
     """Return a `RegistrationConfig` whose voxel size is a number or None, never `AUTO`.
 
     Args:
         config: `RegistrationConfig`.
         clouds: `Cloud`s; in any order they are given the same size.
+        tuning: `SolverTuning`.
     """
     if config.voxel_size != AUTO:
         return config
-    return _with(config, common_voxel_size(*(cloud.voxel_fit() for cloud in clouds)))
+    fits = (cloud.voxel_fit(tuning) for cloud in clouds)
+    return _with(config, common_voxel_size(*fits, tuning=tuning))
 
 
-def with_voxel_size_of(config: RegistrationConfig, scan: Cloud) -> RegistrationConfig:
+def with_voxel_size_of(
+    config: RegistrationConfig, scan: Cloud, tuning: SolverTuning = SOLVER
+) -> RegistrationConfig:
     """Return the same for a scan in a map: the finest size that suits the scan.
 
     Of the map only a part is looked at, another for each scan; so its own fit is not asked for.
     """
     if config.voxel_size != AUTO:
         return config
-    fit = scan.voxel_fit()
-    of_map = fit and fit._replace(points=max(fit.points, FEW_POINTS))
-    return _with(config, common_voxel_size(fit, of_map))
+    fit = scan.voxel_fit(tuning)
+    of_map = fit and fit._replace(points=max(fit.points, int(tuning.few_points)))
+    return _with(config, common_voxel_size(fit, of_map, tuning=tuning))
 
 
 def _with(config: RegistrationConfig, size: float | None) -> RegistrationConfig:
@@ -94,15 +94,15 @@ def size_found(config: RegistrationConfig) -> float | None:
     return size
 
 
-def common_voxel_size(*fits: Fit | None) -> float | None:
+def common_voxel_size(*fits: Fit | None, tuning: SolverTuning = SOLVER) -> float | None:
     """Return the finest voxel size that suits all of the `Fit`s; None: points as given."""
     known = [fit for fit in fits if fit is not None]
-    if len(known) < len(fits) or max(fit.points for fit in known) < FEW_POINTS:
+    if len(known) < len(fits) or max(fit.points for fit in known) < tuning.few_points:
         return None
     begin, end = max(fit.finest for fit in known), min(fit.coarsest for fit in known)
     for step in range(begin, end):
         filled = sorted(fit.voxels[fit.coarsest - step] for fit in known)
-        if filled[(len(filled) - 1) // 2] <= MOST_VOXELS:
+        if filled[(len(filled) - 1) // 2] <= tuning.most_voxels:
             return edge(step)
     return edge(end)
 
@@ -112,7 +112,7 @@ def edge(step: int) -> float:
     return float(2.0 ** (step / PER_OCTAVE))
 
 
-def fit_of(points: Points) -> Fit | None:
+def fit_of(points: Points, tuning: SolverTuning = SOLVER) -> Fit | None:
     """Return the `Fit` of (N, 3) points about their middle; None: too few, or all in one place."""
     few = points[:: max(len(points) // COARSE_SAMPLE, 1)]
     span = float(np.median(np.abs(few).max(axis=1)))
@@ -124,30 +124,32 @@ def fit_of(points: Points) -> Fit | None:
     some = _in_chosen(points, edge(step), one_in)
     sampled = points[some] if one_in > 1 and len(some) else points
     distinct = len(np.unique(np.ascontiguousarray(sampled).view('V24')))  # copies add nothing
-    least = min(LEAST_VOXELS, len(points) * distinct // (2 * len(sampled)))
-    coarsest, voxels = _down_the_ladder(sampled, step, one_in, least, ALONE * distinct)
+    least = min(int(tuning.least_voxels), len(points) * distinct // (2 * len(sampled)))
+    limits = least, ALONE * distinct
+    coarsest, voxels = _down_the_ladder(sampled, step, one_in, limits, tuning)
     return Fit(len(points), coarsest, voxels)
 
 
 def _down_the_ladder(
-    sampled: Points, step: int, one_in: int, least: int, most: float
+    sampled: Points, step: int, one_in: int, limits: tuple[int, float], tuning: SolverTuning
 ) -> tuple[int, tuple[int, ...]]:
     """Return the coarsest step that is of use, and how many voxels there are, by finer steps.
 
-    By points in one of so many cubes, from a step that is coarse enough. The coarsest has at least
-    so many voxels; where it does not suit it is the next coarser one that does. The finest has at
-    most so many of these points.
+    By points in one of so many cubes, from a step that is coarse enough. The limits: least voxels
+    of the coarsest, which gives way to the next coarser one where it does not suit; most of these
+    points that the finest fills.
     """
+    least, most = limits
     cubes = {k: _cubes(sampled, k) for k in range(step, step + WIDENINGS + BALL + 1)}
     while one_in * len(cubes[step]) < least and len(cubes) < MOST_STEPS:
         step -= 1
         cubes[step] = _cubes(sampled, step)
     wider = range(step, step + WIDENINGS + 1)
-    coarsest = next((k for k in wider if _suits(cubes, k)), step)
+    coarsest = next((k for k in wider if _suits(cubes, k, tuning)), step)
     voxels, step = [one_in * len(cubes[coarsest])], coarsest - 1
     while coarsest not in wider[1:] and len(cubes) < MOST_STEPS:
         cubes[step] = _cubes(sampled, step)
-        if len(cubes[step]) > most or not _suits(cubes, step):
+        if len(cubes[step]) > most or not _suits(cubes, step, tuning):
             break
         voxels.append(one_in * len(cubes[step]))
         step -= 1
@@ -164,25 +166,18 @@ def _cube(few: Points, step: int) -> int:
 
 def _cubes(points: Points, step: int) -> Weights:
     """Return weight and scatter (M, 7) of the cubes that points fill."""
-    return reduce_to_voxels(points, _as_measured(len(points)), edge(step))[1]
+    return reduce_to_voxels(points, AS_MEASURED, edge(step))[1]
 
 
-def _as_measured(n: int) -> Weights:
-    """Return weight and scatter (N, 7) of points as measured: one, and none."""
-    weights = np.zeros((n, 7))
-    weights[:, 0] = 1.0
-    return weights
-
-
-def _suits(cubes: dict[int, Weights], step: int) -> bool:
+def _suits(cubes: dict[int, Weights], step: int, tuning: SolverTuning) -> bool:
     """Whether the cubes {step: weight and scatter} hold thin surfaces; unknown: yes."""
     thickness, _, _ = _shapes(cubes[step + BALL])
     if len(thickness) >= LEAST_CUBES:
         quartile = np.partition(thickness, len(thickness) // 4)[len(thickness) // 4]
-        if quartile > MOST_THICKNESS * edge(step):
+        if quartile > tuning.most_thickness * edge(step):
             return False
     _, surfaces, many = _shapes(cubes[step + CORE])
-    return many < LEAST_CUBES or surfaces >= LEAST_SURFACES * many
+    return many < LEAST_CUBES or surfaces >= tuning.least_surfaces * many
 
 
 @kernel

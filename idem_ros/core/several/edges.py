@@ -12,15 +12,16 @@ from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.registration import SOLVER, registered
+from idem_ros.core.registration import registered
 from idem_ros.core.several.joint_agreement import JointAgreement
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict, Edge
 from idem_ros.core.several.system import parts_of
 from idem_ros.core.solve.sweep import sweep_of
-from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import WIDER, Assessment, Verdict
 from idem_ros.core.trust.prior import Guess, information_of_guess
+from idem_ros.core.trust_tuning import TrustTuning
+from idem_ros.core.tuning import SOLVER
 
 
 class Audit(NamedTuple):

@@ -16,7 +16,6 @@ from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.several.regions import pulls_of, regions_at, stiffness_along
 from idem_ros.core.several.system import JointSystem, about_middles, moved
-from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.trust.covariance import (
     FLOOR,
     LEAST_CURVATURE,
@@ -25,6 +24,7 @@ from idem_ros.core.trust.covariance import (
     REGION,
     STEP,
 )
+from idem_ros.core.trust_tuning import TrustTuning
 
 PROBES = 5
 LEAST_REGION = 5.0  # of the radius: balls of several clouds have more members in common

@@ -14,8 +14,6 @@ from idem_ros.core.several.prior import PosePrior
 from idem_ros.core.several.system import JointSystem, anchors_of, moved, parts_of, system_of
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.newton import (
-    FIRST_RELAXATION,
-    PATIENCE,
     Criteria,
     Termination,
     accept,
@@ -110,21 +108,22 @@ def minimize_all(cost: JointCost, poses: Transforms, criteria: Criteria) -> Join
 
     As `newton.minimize` does for one pose; steps are measured against the pose that is held.
     """
-    relaxation, last, iteration = FIRST_RELAXATION, None, 0
+    tuning = criteria.tuning
+    relaxation, last, iteration = tuning.relaxation, None, 0
     try:
         for iteration in range(1, criteria.max_iterations + 1):
             system = cost.system(poses)
             step = system.step()
             left = decrement(system.gradient, step.ravel())
-            if last is not None and not accept(left, last.left, relaxation):
+            if last is not None and not accept(left, last.left, relaxation, tuning.overshoot):
                 relaxation, poses = 1.0, moved(last.poses, last.free, last.step)
                 continue
             if last is not None and np.array_equal(last.free, system.free):
                 found = secant(relaxation, last.step.ravel(), step.ravel(), system.matrix)
-                relaxation = found if iteration <= PATIENCE else min(found, relaxation)
+                relaxation = found if iteration <= tuning.patience else min(found, relaxation)
             last = _Move(poses, system.free, step, left)
             poses = moved(poses, system.free, relaxation * step)
-            if _is_short(step if iteration <= PATIENCE else relaxation * step, criteria):
+            if _is_short(step if iteration <= tuning.patience else relaxation * step, criteria):
                 return JointSolution(poses, iteration, Termination.CONVERGED)
             if criteria.workers.are_late():
                 raise OutOfTime

@@ -88,7 +88,7 @@ def accumulate(
         candidates: of the block's centres.
         centres: these.
         group: (N,) which group each point is in, as a centre.
-        cost: `BallCost`; neither valued nor levelled.
+        cost: `BallCost`; neither valued nor corrected for curvature.
         matrix: which pair two clouds are, (K, K), and each which centre it is taken from.
         sums: (G, K, 6) and (E, 21).
     """

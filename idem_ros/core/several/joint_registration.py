@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Point, Transforms
-from idem_ros.core.blocks import OutOfTime, Workers, in_threads
+from idem_ros.core.blocks import OutOfTime, Workers, in_threads, workers_of
 from idem_ros.core.config import AUTO, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.entropy import length_unit
 from idem_ros.core.metric.voxel_size import with_voxel_size
-from idem_ros.core.registration import SOLVER, TRUST, workers_of
 from idem_ros.core.several.edges import Audit, edges_of, judged, verdicts_of
 from idem_ros.core.several.gauge import gauge_of
 from idem_ros.core.several.information import joint_covariance
@@ -44,7 +43,8 @@ from idem_ros.core.several.problem import (
 )
 from idem_ros.core.solve.newton import Criteria, Termination
 from idem_ros.core.solve.pair import LEAST_POINTS
-from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
+from idem_ros.core.trust_tuning import TRUST, TrustTuning
+from idem_ros.core.tuning import SOLVER, SolverTuning
 
 COARSE_CENTRES = 10_000  # balls, about, of the stages before the last, which only lead to it
 
@@ -82,7 +82,7 @@ def register_all(
     config = RegistrationConfig() if config is None else config
     if not isinstance(config, RegistrationConfig):
         raise InvalidConfig(f'config is {config!r}; it must be a RegistrationConfig')
-    workers, late_workers = workers_of(config)
+    workers, late_workers = workers_of(config.threads, config.budget_ms)
     problem = checked_problem(clouds, poses, held, priors, Workers(config.threads))
     if problem.is_a_pair:
         return pair_outcome(problem, config, tuning, trust)
@@ -208,6 +208,7 @@ def _criteria(prepared: _Prepared, stage: JointStage) -> Criteria:
         ease * config.rotation_tolerance,
         ease * config.translation_tolerance * stage.radius,
         prepared.workers,
+        prepared.tuning,
     )
 
 

@@ -16,12 +16,11 @@ from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
 from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.moments import TIE
-from idem_ros.core.metric.noise import ENOUGH
+from idem_ros.core.metric.noise import widening_for
 from idem_ros.core.metric.radii import SAMPLE, rounded
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import BallCost
-from idem_ros.core.solve.pair import FINE
-from idem_ros.core.solve.tuning import SolverTuning
+from idem_ros.core.tuning import SolverTuning
 
 # Of half the diagonal of a cloud's box: wider balls average away what holds a cloud in its place;
 # rings of scans end drawn together from 0.22 on, and not yet at 0.18.
@@ -72,7 +71,8 @@ def joint_stages(
     radius = rounded(config.radius_schedule[-1] * share * wide)
     if radius == 0.0:
         return []
-    last = JointStage(rounded(radius * _widening(clouds, radius, workers)), None, is_last=True)
+    wider = _widening(clouds, radius, tuning, workers)
+    last = JointStage(rounded(radius * wider), None, is_last=True)
     halves = [float(np.linalg.norm(np.subtract(*cloud.extent()))) / 2 for cloud in clouds]
     widest, finest = WIDEST_STAGE * float(np.median(halves)), size_found(config) or 0.0
     coarse = [(factor, rounded(factor * wide)) for factor in config.radius_schedule[:-1]]
@@ -94,7 +94,7 @@ def clouds_of_stage(
         if stage.voxel_size is not None:
             return cloud.reduced(stage.voxel_size)
         is_crowded = cloud.crowding(stage.radius) > tuning.crowded
-        return cloud.reduced(FINE * stage.radius) if is_crowded else cloud
+        return cloud.reduced(tuning.crowded_voxel * stage.radius) if is_crowded else cloud
 
     return in_threads(workers, of_stage, clouds)
 
@@ -112,13 +112,15 @@ def joint_cost(
         tangential=True,
         valued=False,
         apart2=(apart * radius) ** 2,
-        levelled=False,
+        curvature=1.0,
     )
 
 
-def _widening(clouds: Sequence[Cloud], radius: float, workers: Workers) -> float:
+def _widening(
+    clouds: Sequence[Cloud], radius: float, tuning: SolverTuning, workers: Workers
+) -> float:
     """Return by how much to widen balls for noise: `noise.widening` of clouds alike."""
     found = in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
     thickness, members = np.median(found, axis=0)
-    wanted = np.sqrt(ENOUGH * thickness / (radius * np.sqrt(2 * members))) if members else 1.0
-    return float(np.clip(wanted, 1.0, MOST_WIDENING))
+    wanted = widening_for(thickness, 2 * members, radius, tuning)
+    return min(wanted, MOST_WIDENING)

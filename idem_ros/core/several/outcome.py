@@ -20,10 +20,11 @@ from idem_ros.core.several.problem import Problem
 from idem_ros.core.several.system import parts_of
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS
-from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
 from idem_ros.core.status import Status
 from idem_ros.core.trust.assessment import Verdict
 from idem_ros.core.trust.verdict import NOTHING_KNOWN
+from idem_ros.core.trust_tuning import TrustTuning
+from idem_ros.core.tuning import SolverTuning
 
 _LATE = CloudVerdict(Verdict.NOT_CONVERGED, np.nan, 'the budget was spent before it was judged')
 

@@ -8,8 +8,6 @@ from idem_ros.core.jit import inlined
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import covariance
 
-MOST_BEND = 2.0
-
 
 class BallCost(NamedTuple):
     """What a ball's moments cost: numbers that every ball of a stage shares."""
@@ -20,7 +18,8 @@ class BallCost(NamedTuple):
     tangential: bool  # whether to leave out the pull along the surface: `without_tangential`
     apart2: float  # squared distance of a ball's two means that halves its weight; inf: none
     valued: bool  # whether the value is asked for, too
-    levelled: bool  # whether own means are moved to where the others' spread puts them: `bend`
+    # most that own means are moved by where the other's spread tells of curvature; 1: not at all
+    curvature: float
 
 
 @inlined
@@ -50,7 +49,7 @@ def balance(joint: Moments, cross: Moments, apart2: float) -> float:
 
 
 @inlined
-def bend(joint: Moments, cross: Moments) -> float:
+def curvature_of(joint: Moments, cross: Moments, most: float) -> float:
     """Return by how much more the other cloud's points spread about the centre, less 1.
 
     A curved surface leaves its tangent by as much as points spread along it: the mean of own
@@ -62,7 +61,7 @@ def bend(joint: Moments, cross: Moments) -> float:
     if own <= 0.0:
         return 0.0
     more = others / cross[0] * (joint[0] - cross[0]) / own
-    return min(max(more, 1.0 / MOST_BEND), MOST_BEND) - 1.0
+    return min(max(more, 1.0 / most), most) - 1.0
 
 
 @inlined

@@ -1,5 +1,7 @@
 """Where a solve that goes through several stages has come to."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +25,10 @@ class Descent(NamedTuple):
     moving: MovingCost | None = None  # of the latest stage, where the source's motion is solved
     sweep: Sweep | None = None  # there
     path: tuple[Transform, ...] = ()  # where each step led, over all stages; of one pose alone
+
+    def late(self) -> Descent:
+        """Return the same, ended because the budget was spent."""
+        return self._replace(solution=self.solution._replace(termination=Termination.LATE))
 
 
 def not_begun(T: Transform, sweep: Sweep | None = None) -> Descent:

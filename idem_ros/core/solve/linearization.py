@@ -39,7 +39,7 @@ from idem_ros.core.metric.moments import (
 from idem_ros.core.solve.ball_cost import (
     BallCost,
     balance,
-    bend,
+    curvature_of,
     own_determinant,
     with_noise,
     without_tangential,
@@ -171,7 +171,7 @@ def _add(balls: Floats, n: Integer, R: RotationMatrix, cost: BallCost, sums: Flo
                 w = without_tangential(w)
                 f *= balance(joint, cross, cost.apart2)
             p = balls[0, i], balls[1, i], balls[2, i]
-            more = bend(joint, cross) if cost.levelled else 0.0
+            more = curvature_of(joint, cross, cost.curvature) if cost.curvature > 1.0 else 0.0
             pull = _plus6(pull, pull_of(p, cross, joint, w, f, more))
             n_B = cross[0]
             x = p[0] + cross[1] / n_B, p[1] + cross[2] / n_B, p[2] + cross[3] / n_B

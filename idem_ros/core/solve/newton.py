@@ -10,14 +10,9 @@ from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist, Twists
 from idem_ros.core.blocks import ALONE, OutOfTime, Workers
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
+from idem_ros.core.tuning import SOLVER, SolverTuning
 
-FIRST_RELAXATION = 1.3  # the matrix is stiffer than the cost: a fourth fewer steps
-MOST_RELAXATION = 4.0
-OVERSHOT = 4.0  # times the decrement: a step twice as long
 MAJORISED = 2.0  # steps up to twice Newton's cannot raise a cost that its matrix majorises
-# The cost jumps where a member enters or leaves a ball. A minimum at such a jump is circled, not
-# reached, unless from here on moves may only grow shorter.
-PATIENCE = 15
 LEAST_STIFFNESS = 1e-9  # of the stiffest direction; below it a direction is left where it is
 
 
@@ -48,6 +43,7 @@ class Criteria(NamedTuple):
     rotation: float  # a shorter step is the last [rad]
     translation: float  # likewise, in the unit of the translation
     workers: Workers = ALONE  # whose deadline ends it, too
+    tuning: SolverTuning = SOLVER
 
 
 class Solution(NamedTuple):
@@ -57,7 +53,7 @@ class Solution(NamedTuple):
     matrix: Matrix6  # Gauss-Newton matrix there, twist (omega, v)
     iterations: int
     termination: Termination
-    loose: int  # directions without stiffness, left as they were
+    singular: int  # directions without stiffness, left as they were
     path: tuple[Transform, ...] = ()  # where each step led that was kept
 
     @property
@@ -77,33 +73,37 @@ def minimize(
         criteria: `Criteria`.
         motions: (6, k) twists that steps are made of, or (6 K, k); None: any.
     """
-    relaxation, last = FIRST_RELAXATION, None
-    size = 6 * (transform.size // 16)
-    matrix, iteration, loose = np.zeros((size, size)), 0, 0
+    tuning, size = criteria.tuning, 6 * (transform.size // 16)
+    relaxation, last = tuning.relaxation, None
+    matrix, iteration, singular = np.zeros((size, size)), 0, 0
     path: list[Transform] = []
+    end = Termination.MAX_ITERATIONS
     try:
         for iteration in range(1, criteria.max_iterations + 1):
+            # Linearise: gradient and matrix, of the majorised Eq. 8 or of its estimating equation.
             gradient, matrix = cost.linearize(transform)
-            step, loose = _step(matrix, gradient, motions)
+            # Solve: Newton's step.
+            step, singular = _step(matrix, gradient, motions)
             left = decrement(gradient, step)
-            if last is not None and not accept(left, last.left, relaxation):
+            # Accept the move that led here, or take it back to Newton's own.
+            if last is not None and not accept(left, last.left, relaxation, tuning.overshoot):
                 relaxation, transform = 1.0, moved(last.transform, last.step)
                 path[-1] = transform
                 continue
             if last is not None:
-                found = secant(relaxation, last.step, step, matrix)
-                relaxation = found if iteration <= PATIENCE else min(found, relaxation)
+                found = secant(relaxation, last.step, step, matrix, tuning.most_relaxation)
+                relaxation = found if iteration <= tuning.patience else min(found, relaxation)
             last = _Move(transform, step, left)
             transform = moved(transform, relaxation * step)
             path.append(transform)
-            if _is_short(step if iteration <= PATIENCE else relaxation * step, criteria):
+            # Terminate: where a step is short.
+            if _is_short(step if iteration <= tuning.patience else relaxation * step, criteria):
                 end = Termination.CONVERGED
-                return Solution(transform, matrix, iteration, end, loose, tuple(path))
+                break
             criteria.workers.require_time()
     except OutOfTime:
-        return Solution(transform, matrix, iteration, Termination.LATE, loose, tuple(path))
-    end = Termination.MAX_ITERATIONS
-    return Solution(transform, matrix, iteration, end, loose, tuple(path))
+        end = Termination.LATE
+    return Solution(transform, matrix, iteration, end, singular, tuple(path))
 
 
 def moved(transform: Transform, step: Twist) -> Transform:
@@ -133,39 +133,47 @@ def decrement(gradient: Twist, step: Twist) -> float:
     return -0.5 * float(gradient @ step)
 
 
-def accept(left: float, before: float, relaxation: float) -> bool:
+def accept(
+    left: float, before: float, relaxation: float, overshoot: float = SOLVER.overshoot
+) -> bool:
     """Whether a move is kept, given what the cost would still lose after it and before it.
 
     As far as the matrix majorises the cost, with the members held, no move can raise it. A farther
     one is an extrapolation: after one that leads where the next step is more than twice as long,
     it is taken back to Newton's own.
     """
-    return relaxation <= MAJORISED or left <= OVERSHOT * before
+    return relaxation <= MAJORISED or left <= overshoot * before
 
 
-def secant(relaxation: float, last: Floats, step: Floats, matrix: Any) -> float:
+def secant(
+    relaxation: float,
+    last: Floats,
+    step: Floats,
+    matrix: Any,
+    most: float = SOLVER.most_relaxation,
+) -> float:
     """Return Aitken's relaxation: how far along the last step would the step have vanished?
 
-    Of steps (n,) and a matrix (n, n), which may be sparse.
+    Of steps (n,) and a matrix (n, n), which may be sparse; `most` at most.
     """
     change = step - last
     shrinking = -(last @ matrix @ change)
     curvature = change @ matrix @ change
-    if shrinking <= 0.0 or relaxation * shrinking >= MOST_RELAXATION * curvature:
-        return MOST_RELAXATION
+    if shrinking <= 0.0 or relaxation * shrinking >= most * curvature:
+        return most
     return float(relaxation * shrinking / curvature)
 
 
 def _step(matrix: Matrix6, gradient: Twist, motions: Twists | None) -> tuple[Twist, int]:
     if motions is None:
         return newton_step(matrix, gradient)
-    along, loose = newton_step(motions.T @ matrix @ motions, motions.T @ gradient)
-    return motions @ along, loose
+    along, singular = newton_step(motions.T @ matrix @ motions, motions.T @ gradient)
+    return motions @ along, singular
 
 
 @kernel
 def newton_step(matrix: Floats, gradient: Floats) -> tuple[Floats, int]:
-    """Return the step down, (n,), and the number of directions too loose for one.
+    """Return the step down, (n,), and the number of directions without stiffness.
 
     Rotations and translations are scaled to the same stiffness first.
     """

@@ -21,10 +21,9 @@ from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.cost import JointEntropy, NormalBalance
 from idem_ros.core.solve.sweep import Sweep
-from idem_ros.core.solve.tuning import SolverTuning, TrustTuning
+from idem_ros.core.trust_tuning import TrustTuning
+from idem_ros.core.tuning import SolverTuning
 
-FINE = 0.25  # of the radius: voxels of a crowded cloud
-ALIKE = 0.03  # of the radius squared: samplings at random differ by 0.01, from even ones by 0.08
 COPIES = 1e-9  # of the extent: points as near as that are one
 LEAST_POINTS = 5  # a point and its four neighbours
 
@@ -35,7 +34,7 @@ class Sampling(NamedTuple):
     last_radius: float  # of what Eq. 9 gives
     apart: float  # of the radius: `SolverTuning.apart`
     jumps: bool  # whether the minimum jumps by single points
-    levelled: bool  # whether curved surfaces are levelled where samplings differ
+    curvature: float  # `SolverTuning.curvature`
 
 
 class Stage(NamedTuple):
@@ -119,8 +118,14 @@ class Pair(NamedTuple):
             tangential=tangential,
             valued=False,
             apart2=(self.sampling.apart * balls.radius) ** 2,
-            levelled=tangential and self.sampling.levelled and not _are_alike(balls),
+            curvature=self._curvature(balls) if tangential else 1.0,
         )
+
+    def _curvature(self, balls: Balls) -> float:
+        """Return `SolverTuning.curvature`; 1 of samplings alike, which make up for each other."""
+        most = self.sampling.curvature
+        is_even = most == 1.0 or _are_alike(balls, self.tuning.spread_gap)
+        return 1.0 if is_even else most
 
 
 def prepare(
@@ -131,19 +136,27 @@ def prepare(
     trust: TrustTuning,
     workers: Workers,
 ) -> Pair:
-    """Return the `Pair`: voxels, radii of Eq. 9, the last one fit for noise.
-
-    It has no stages where a cloud has too few points, or all of them in one place.
-    """
+    """Return the `Pair` of two clouds, as voxels where the configuration has a size; no stages."""
     clouds = target, source
-    voxel_size = size_found(config)
-    if voxel_size is not None:
-        for cloud in clouds:
-            require_resolved(cloud.points, voxel_size)
-        clouds = _reduced(clouds, voxel_size, workers)
     pair = Pair(*clouds, (), _sampling(clouds, tuning), config, tuning, trust, workers)
+    voxel_size = size_found(config)
+    if voxel_size is None or pair.is_small:
+        return pair
+    for cloud in clouds:
+        require_resolved(cloud.points, voxel_size)
+    clouds = _reduced(clouds, voxel_size, workers)
+    return pair._replace(target=clouds[0], source=clouds[1], sampling=_sampling(clouds, tuning))
+
+
+def with_stages(pair: Pair) -> Pair:
+    """Return the `Pair` with its stages: by the radius of Eq. 9, that of the last fit for noise.
+
+    It has none where a cloud has too few points, or all of them in one place.
+    """
+    config, tuning, workers = pair.config, pair.tuning, pair.workers
     if pair.is_small:
         return pair
+    clouds = pair.clouds
     if wide_radius(*clouds, config.a, workers) == 0.0:
         clouds = _without_copies(clouds[0]), _without_copies(clouds[1])
         if min(map(len, clouds)) < LEAST_POINTS:
@@ -155,7 +168,8 @@ def prepare(
         return pair
     clouds = _uncrowded(clouds, radius, tuning)  # copies have no thickness
     in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
-    last = Stage(rounded(radius * widening(*clouds, radius)), None, is_last=True)
+    wider = widening(*clouds, radius, tuning)
+    last = Stage(rounded(radius * wider), None, is_last=True)
     target, source = _uncrowded(clouds, last.radius, tuning)
     pair = pair._replace(target=target, source=source)
     return pair._replace(stages=(*_coarse_stages(pair, wide), last))
@@ -164,7 +178,7 @@ def prepare(
 def wider_stage(pair: Pair) -> Stage | None:
     """Return a stage wider than the first; None where its balls would hold most of a cloud."""
     first, factor = pair.stages[0], pair.tuning.wider
-    if factor * first.radius > widest_useful(*pair.clouds):
+    if factor * first.radius > widest_useful(*pair.clouds, pair.tuning.widest):
         return None
     assert first.voxel_size is not None, 'the first of one stage is the last'
     return Stage(factor * first.radius, factor * first.voxel_size)
@@ -172,7 +186,7 @@ def wider_stage(pair: Pair) -> Stage | None:
 
 def _coarse_stages(pair: Pair, wide: float) -> Iterator[Stage]:
     """Yield the stages before the last, but for those whose balls would hold most of a cloud."""
-    widest = widest_useful(*pair.clouds)
+    widest = widest_useful(*pair.clouds, pair.tuning.widest)
     finest = size_found(pair.config) or 0.0
     for factor in pair.config.radius_schedule[:-1]:
         radius = rounded(factor * wide)
@@ -182,16 +196,16 @@ def _coarse_stages(pair: Pair, wide: float) -> Iterator[Stage]:
 
 def _sampling(clouds: Sequence[Cloud], tuning: SolverTuning) -> Sampling:
     if all(cloud.is_reduced for cloud in clouds):
-        return Sampling(tuning.voxel_radius, tuning.apart, jumps=False, levelled=False)
-    return Sampling(1.0, math.inf, jumps=True, levelled=True)
+        return Sampling(tuning.voxel_radius, tuning.apart, jumps=False, curvature=1.0)
+    return Sampling(1.0, math.inf, jumps=True, curvature=tuning.curvature)
 
 
-def _are_alike(balls: Balls) -> bool:
+def _are_alike(balls: Balls, spread_gap: float) -> bool:
     """Whether points are spread about those of their own cloud alike."""
     spreads: list[float] = []
     for own in (cloud.own[cloud.own[:, 0] > 1.0] for cloud in balls.clouds):
         spreads.append(_spread(own) if len(own) else 0.0)
-    return bool(abs(spreads[0] - spreads[1]) <= ALIKE * balls.r2)
+    return bool(abs(spreads[0] - spreads[1]) <= spread_gap * balls.r2)
 
 
 def _spread(own: MomentRows) -> float:
@@ -216,7 +230,9 @@ def _uncrowded(
 ) -> tuple[Cloud, Cloud]:
     """Reduce those clouds of which a ball would hold hundreds of points: copies, or far denser."""
     target, source = (
-        cloud.reduced(FINE * radius) if cloud.crowding(radius) > tuning.crowded else cloud
+        cloud.reduced(tuning.crowded_voxel * radius)
+        if cloud.crowding(radius) > tuning.crowded
+        else cloud
         for cloud in clouds
     )
     return target, source

@@ -10,14 +10,13 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
-from idem_ros.core.metric.noise import quantile, share_of_sheets
+from idem_ros.core.metric.noise import quantile, share_of_surfaces
 from idem_ros.core.metric.overlap import Overlap
 from idem_ros.core.solve.cost import Linearization
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.moving import of_common_twist
 from idem_ros.core.solve.newton import Termination, newton_step
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair
-from idem_ros.core.solve.tuning import TrustTuning
 from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.contrast import contrasts_along
@@ -30,6 +29,7 @@ from idem_ros.core.trust.surfaces import LEAST_MEMBERS
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, NOTHING_KNOWN, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
 from idem_ros.core.trust.words import free_in_words
+from idem_ros.core.trust_tuning import TrustTuning
 
 # Scans of LiDARs as given have 0.5 and more, at voxels 0.7; where rings lie apart, below 0.2.
 LEAST_SHEETS = 1 / 3
@@ -251,7 +251,7 @@ def _lacking(
     if not any((cloud.own[:, 0] >= LEAST_MEMBERS).any() for cloud in balls.clouds):
         reason = 'no ball of points is dense enough to tell a surface by'
         return Verdict.NOT_CONVERGED, reason, True
-    if max(share_of_sheets(cloud.own) for cloud in balls.clouds) < LEAST_SHEETS:
+    if max(share_of_surfaces(cloud.own) for cloud in balls.clouds) < LEAST_SHEETS:
         rings = 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
         return Verdict.NOT_CONVERGED, rings, True
     if not len(observability.along):

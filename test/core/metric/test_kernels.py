@@ -16,6 +16,7 @@ from idem_ros.core.metric.moments import AS_MEASURED, ball_moments, rotated
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.pair import _are_alike
+from idem_ros.core.tuning import SOLVER
 
 UPPER = np.triu_indices(3)
 EVERYONE = np.arange(1000, dtype=np.int32)
@@ -191,7 +192,7 @@ def test_gradient_and_matrix_of_one_ball_are_those_written_out(rng, tangential, 
     np.testing.assert_allclose(matrix, expected, rtol=1e-8)
 
 
-def test_own_points_bend_as_far_as_the_others_spread(rng):
+def test_own_means_are_moved_for_curvature_as_far_as_the_others_spread(rng):
     target, source, r = rng.random((6, 3)) * 0.1, rng.random((5, 3)) * 0.1, 0.3
     origin = Cloud(target).origin
     source, target = source - origin, target - origin
@@ -200,16 +201,16 @@ def test_own_points_bend_as_far_as_the_others_spread(rng):
     J, pull = [np.c_[-se3.skew(x), np.eye(3)] for x in source], np.zeros(6)
     for p in target:
         spreads = [np.mean(np.sum((points - p) ** 2, axis=1)) for points in (source, target)]
-        bend = np.clip(spreads[0] / spreads[1], 0.5, 2.0)
-        middle = p + (np.sum(source - p, axis=0) + bend * np.sum(target - p, axis=0)) / 11
+        ratio = np.clip(spreads[0] / spreads[1], 0.5, 2.0)
+        middle = p + (np.sum(source - p, axis=0) + ratio * np.sum(target - p, axis=0)) / 11
         pull += sum(j.T @ W @ (x - middle) for j, x in zip(J, source, strict=True))
 
-    gradient, _ = linearized(target, source, ball_cost(r, 0.0, levelled=True))
+    gradient, _ = linearized(target, source, ball_cost(r, 0.0, curvature=2.0))
 
     np.testing.assert_allclose(gradient, c_det / (1 + c_det) / 11 * pull, rtol=1e-8)
 
 
-def test_only_samplings_that_are_not_alike_are_levelled(rng):
+def test_curvature_counts_only_where_samplings_are_not_alike(rng):
     even = surface(rng, 20_000)
     tree, kept = cKDTree(even), np.ones(len(even), bool)
     for i in range(len(even)):
@@ -219,9 +220,9 @@ def test_only_samplings_that_are_not_alike_are_levelled(rng):
     even, radius = Cloud(even[kept]), 0.08
     first, second = (Cloud(surface(rng, len(even))) for _ in range(2))
 
-    assert not _are_alike(Balls(first, even, radius))
-    assert not _are_alike(Balls(even, first, radius))
-    assert _are_alike(Balls(first, second, radius))
+    assert not _are_alike(Balls(first, even, radius), SOLVER.spread_gap)
+    assert not _are_alike(Balls(even, first, radius), SOLVER.spread_gap)
+    assert _are_alike(Balls(first, second, radius), SOLVER.spread_gap)
 
 
 def test_the_value_of_the_cost_is_q_tot(rng):

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from idem_ros.core.geometry.voxels import reduce_to_voxels
-from idem_ros.core.metric.consistency import (
+from idem_ros.core.metric.moments import AS_MEASURED
+from idem_ros.smoothing.consistency import (
     LEAST_SPREAD,
     MapRows,
     consistency_of,
     entropy_of,
     merged,
 )
-from idem_ros.core.metric.moments import AS_MEASURED
 
 EDGE, NOISE = 1.0, 0.02
 

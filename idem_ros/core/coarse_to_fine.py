@@ -13,20 +13,46 @@ from idem_ros.core.solve.pair import Pair, Stage, wider_stage
 from idem_ros.core.trust.basin import FIRST, LAST, confidence
 
 
-def stay(pair: Pair, T: Transform) -> Descent:
-    """Return the `Descent` that leads nowhere: at T itself, with the last stage's cost."""
-    cost = pair.cost(pair.stages[-1])
-    matrix = cost.linearize(T).matrix
+def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:
+    """Return the `Descent` from T; motions (6, k): those allowed, None: all.
+
+    Once a coarse stage has ended in a deep valley, every other of those left is left out: the
+    basin of the last one is reached without.
+    """
+    descent, rest = not_begun(T, pair.sweep), pair.stages
+    try:
+        if len(rest) > 1:
+            descent, rest = _first_stage(pair, descent, motions), rest[1:]
+        while rest:
+            stage, rest = rest[0], rest[1:]
+            descent = _through(pair, stage, descent, motions)
+            if descent.confidence > pair.tuning.sure and len(rest) > 1:
+                rest = rest[1:]
+            elif rest and descent.cost and descent.confidence <= pair.tuning.sure:
+                sure = confidence(descent.cost.balls, descent.solution.transform, LAST)
+                descent = descent._replace(confidence=sure)
+    except OutOfTime:
+        return descent.late()._replace(cost=None)
+    return descent
+
+
+def at_guess(pair: Pair, T: Transform) -> Descent:
+    """Return the `Descent` that leads nowhere, for an audit: at T, with the last stage's cost."""
+    try:
+        cost = pair.cost(pair.stages[-1])
+        matrix = cost.linearize(T).matrix
+    except OutOfTime:
+        return not_begun(T, pair.sweep).late()
     return Descent(Solution(T, matrix, 0, Termination.NOT_STARTED, 0), cost, sweep=pair.sweep)
 
 
 def minimum_beside(descent: Descent, pair: Pair, motions: Twists) -> Descent:
-    """Return the `Descent` to the minimum beside a pose that was to stay: by the last stage.
+    """Return the `Descent` to the minimum beside an audited pose: by the last stage.
 
     It counts as not started: how its iteration ended says nothing of the pose.
     motions: (6, k), those allowed; none: it stays.
     """
-    assert descent.cost is not None, 'a pose that stays has the last stage to be judged by'
+    assert descent.cost is not None, 'an audited pose has the last stage to be judged by'
     if motions.shape[1] == 0:
         return descent
     T, criteria = descent.solution.transform, _criteria(pair, pair.stages[-1])
@@ -46,35 +72,12 @@ def of_its_target(pair: Pair, descent: Descent) -> Descent:
     return descent._replace(cost=cost, moving=moving)
 
 
-def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:
-    """Return the `Descent` from T; motions (6, k): those allowed, None: all.
-
-    Once a coarse stage has ended in a deep valley, every other of those left is left out: the
-    basin of the last one is reached without.
-    """
-    descent, rest = not_begun(T, pair.sweep), pair.stages
-    try:
-        if len(rest) > 1:
-            descent, rest = _first_stage(pair, descent, motions), rest[1:]
-        while rest:
-            stage, rest = rest[0], rest[1:]
-            descent = _through(pair, stage, descent, motions)
-            if descent.confidence > pair.tuning.sure and len(rest) > 1:
-                rest = rest[1:]
-            elif rest and descent.cost and descent.confidence <= pair.tuning.sure:
-                told = confidence(descent.cost.balls, descent.solution.transform, LAST)
-                descent = descent._replace(confidence=told)
-    except OutOfTime:
-        late = descent.solution._replace(termination=Termination.LATE)
-        descent = descent._replace(solution=late, cost=None)
-    return descent
-
-
 def _first_stage(pair: Pair, start: Descent, motions: Twists | None) -> Descent:
     """Return the `Descent` to the end of the first stage, by the best of the tries it takes."""
     tries: list[Try] = []
     ends: list[Descent] = []
-    while stages := next_try(tries, pair.stages[0], wider_stage(pair)):
+    first, wider, valley = pair.stages[0], wider_stage(pair), pair.tuning.valley
+    while stages := next_try(tries, first, wider, valley):
         descent = start
         for stage in stages:
             descent = _through(pair, stage, descent, motions)
@@ -121,4 +124,5 @@ def _criteria(pair: Pair, stage: Stage) -> Criteria:
         ease * pair.config.rotation_tolerance,
         ease * pair.config.translation_tolerance * stage.radius,
         pair.workers,
+        pair.tuning,
     )
