@@ -3,19 +3,14 @@
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, OK
-from idem_ros.commands.options import (
-    CLOUD_KINDS,
-    OF_PAIRS,
-    add_columns_option,
-    add_config_options,
-    config_from,
-)
+from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option, points_of_file
+from idem_ros.commands.options import OF_PAIRS, add_config_options, config_from
 from idem_ros.commands.output_names import (
     require_ending,
     require_matplotlib,
     require_outputs,
 )
-from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
+from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 WITHOUT = ('motion', 'motion_reference')
 
@@ -70,7 +65,12 @@ def run(args):
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
     _check_outputs(args)
     starts = read_poses(args.poses, len(args.clouds)) if args.poses else None
-    clouds, size = clouds_of_files(args.clouds, _reader(args, preprocessing), config)
+
+    def read(file):
+        """Return the points of a file that take part."""
+        return points_of_file(file, args.columns, preprocessing)[0]
+
+    clouds, size = clouds_of_files(args.clouds, read, config)
     config = config if size is None else replace(config, voxel_size=None)
     result = register_all(clouds, starts, config, held=args.held)
     if args.out:
@@ -82,20 +82,6 @@ def run(args):
     said = _json if args.json else _text
     print(said(args, result, clouds, size))
     return OK if result.is_usable else FAILED
-
-
-def _reader(args, preprocessing):
-    from idem_ros.core.exceptions import InvalidCloud
-    from idem_ros.files.cloud_file import read_cloud
-
-    def read(file):
-        """Return the points of a file that take part."""
-        try:
-            return preprocess(read_cloud(file, args.columns), preprocessing).points
-        except InvalidCloud as error:
-            raise InvalidCloud(f'{file}: {error}') from error
-
-    return read
 
 
 def _draw(path, clouds, starts, poses):

@@ -1,20 +1,16 @@
 """`idem bag`: make a recording out of cloud files."""
 
-import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.options import (
-    CLOUD_KINDS,
-    add_columns_option,
-    add_config_options,
-    config_from,
-)
+from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option
+from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.commands.output_names import (
     require_ending,
     require_outputs,
 )
 from idem_ros.refinement.point_time_config import PointTimeConfig
+from idem_ros.terminal.progress import progress
 
 KITTI_COLUMNS = 4  # x y z intensity, in every sequence
 DESCRIPTION = """\
@@ -46,7 +42,6 @@ def add_parser(subparsers):
         help='make a recording out of cloud files or folders',
         description=DESCRIPTION,
         usage='idem bag [-h] TARGET|FOLDER [SOURCE ...] [options] --out FILE.mcap',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         'target', metavar='TARGET|FOLDER', help=f'cloud file ({CLOUD_KINDS}) or folder'
@@ -117,8 +112,6 @@ def _write_files(args):
 
 
 def _write_folder(args):
-    from tqdm import tqdm
-
     from idem_ros.files.scan_folder import read_scan_folder
     from idem_ros.recording.from_files import folder_messages
     from idem_ros.recording.writer import write_mcap
@@ -127,13 +120,7 @@ def _write_folder(args):
     start = args.start or 'velocity'
     columns = args.columns or (None if args.trajectory else KITTI_COLUMNS)
     pairs = len(folder.scans) - 1
-    messages = tqdm(
-        folder_messages(folder, start, columns, config_from(args, PointTimeConfig)),
-        total=4 * pairs,
-        unit='msg',
-        leave=False,
-        disable=None,
-    )
-    write_mcap(args.out, messages)
+    messages = folder_messages(folder, start, columns, config_from(args, PointTimeConfig))
+    write_mcap(args.out, progress(messages, 4 * pairs, unit='msg'))
     guess = 'the motion before' if start == 'velocity' else 'the identity'
     return f'{args.out}: {pairs} pairs of {pairs + 1} scans, each with its truth; guess: {guess}'

@@ -4,16 +4,16 @@ from pathlib import Path
 
 from idem_ros.calibration.config import DECIDED
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
-from idem_ros.commands.options import (
+from idem_ros.commands.inputs import (
     CLOUD_KINDS,
-    OF_PAIRS,
     add_columns_option,
-    add_config_options,
     add_max_chunk,
-    config_from,
+    opened,
+    points_of_file,
 )
+from idem_ros.commands.options import OF_PAIRS, add_config_options, config_from
 from idem_ros.refinement.point_time_config import PointTimeConfig
-from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
+from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 INSTANTS = 5
 
@@ -143,17 +143,12 @@ def _is_recording(args):
 def _filed(args):
     """Return the same of files."""
     from idem_ros.calibration.file_sightings import files_of, sightings_of
-    from idem_ros.core.exceptions import InvalidCloud
-    from idem_ros.files.cloud_file import read_cloud
 
     preprocessing = config_from(args, PreprocessingConfig)
 
     def read(file):
         """Return the points of a file that take part."""
-        try:
-            return preprocess(read_cloud(file, args.columns), preprocessing).points
-        except InvalidCloud as error:
-            raise InvalidCloud(f'{file}: {error}') from error
+        return points_of_file(file, args.columns, preprocessing)[0]
 
     found, files = files_of(args.input)
     named = dict(zip(found, _named(args, found), strict=True))
@@ -175,11 +170,9 @@ def _recorded(args):
         sightings_in,
     )
     from idem_ros.calibration.sighting_messages import preparing
-    from idem_ros.recording.part import MAX_CHUNK
-    from idem_ros.recording.reader import open_recording
 
     prepare = preparing(config_from(args, PreprocessingConfig))
-    with open_recording(args.input[0], getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
+    with opened(args.input[0], args) as recording:
         given = args.topics
         topics = cloud_topics(recording, given, None)
         names = _named(args, topics) if args.names else None

@@ -1,7 +1,5 @@
 """`idem compare`: two results of the same recording, frame against frame."""
 
-import argparse
-
 from idem_ros.commands.exit_codes import OK
 from idem_ros.terminal.printable import printable
 
@@ -34,7 +32,6 @@ def add_parser(subparsers):
         help='is result B better than A, worse, or who knows',
         description=DESCRIPTION,
         epilog='example: idem compare before.json after.json',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('a', metavar='A', help='what `idem replay` wrote: JSON or MCAP')
     parser.add_argument('b', metavar='B', help='the same, to be judged against A')

@@ -1,13 +1,12 @@
 """`idem evaluate`: replay many recordings, side by side, and sum them up."""
 
-import argparse
-import os
 import sys
 from contextlib import closing
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
-from idem_ros.commands.options import add_topic_options, add_worker_options, topics_from
+from idem_ros.commands.inputs import RECORDING, add_topic_options, topics_from
+from idem_ros.commands.options import add_worker_options, workers_from
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.terminal.printable import printable
 
@@ -39,13 +38,12 @@ def add_parser(subparsers):
         help='replay many recordings and sum them up',
         description=DESCRIPTION,
         epilog='example: idem evaluate drives/ --voxel-size 0.5 --out results',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         'bags',
         metavar='BAG|FOLDER',
         nargs='+',
-        help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag; or a folder of such',
+        help=f'{RECORDING}; or a folder of such',
     )
     add_worker_options(parser, 'the recordings by the same paths')
     parser.add_argument(
@@ -62,8 +60,7 @@ def run(args):
     from idem_ros.evaluation.overall import Overall
     from idem_ros.evaluation.result_folder import OtherResults, open_folder
 
-    if args.jobs is not None and args.jobs < 1:
-        raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
+    workers = workers_from(args)
     settings = _settings(args)
     bags = _recordings(args.bags)
     if args.cluster is not None:
@@ -75,7 +72,7 @@ def run(args):
     topics = topics_from(args)
     tasks = [Task(str(bag), settings, topics, frozenset(there)) for bag in bags]
     overall = Overall()
-    interrupted = _evaluate(tasks, args, there, overall)
+    interrupted = _evaluate(tasks, workers, args.out, there, overall)
     return _summed_up(overall, args.out, interrupted)
 
 
@@ -114,15 +111,15 @@ def _made_with(settings, args):
     }
 
 
-def _evaluate(tasks, args, there, overall):
+def _evaluate(tasks, workers, out, there, overall):
     """Take in each outcome as it comes; return whether the user ended it before its time."""
     from idem_ros.commands.evaluation_lines import Lines
 
     left = {task.path for task in tasks}
     try:
-        with Lines(tasks) as lines, closing(_outcomes(tasks, args, lines)) as ended:
+        with Lines(tasks) as lines, closing(workers(tasks, watch=lines.watch)) as ended:
             for index, outcome in ended:
-                _take_in(outcome, args.out, there, overall)
+                _take_in(outcome, out, there, overall)
                 left.discard(outcome.path)
                 lines.end(index, outcome)
     except KeyboardInterrupt:
@@ -130,16 +127,6 @@ def _evaluate(tasks, args, there, overall):
             overall.add_failure(path, 'interrupted before it was done')
         return True
     return False
-
-
-def _outcomes(tasks, args, lines):
-    if args.cluster is not None:
-        from idem_ros.evaluation.cluster import on_cluster
-
-        return on_cluster(tasks, args.cluster)
-    from idem_ros.evaluation.worker_processes import in_processes
-
-    return in_processes(tasks, args.jobs or os.cpu_count(), lines.watch)
 
 
 def _take_in(outcome, out, there, overall):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.output_names import require_matplotlib
+from idem_ros.terminal.progress import progress
 
 OUT = 'experiments'
 
@@ -94,10 +95,4 @@ def _context(args):
         raise UsageError(f'--out is {out}, which is no folder')
     out.mkdir(parents=True, exist_ok=True)
     require_writable(out / 'table2.csv')
-    return Context(out, model, args.seed, args.quick, _progress, os.cpu_count() or 1)
-
-
-def _progress(steps, total=None, desc=None):
-    from tqdm import tqdm
-
-    return tqdm(steps, total=total, desc=desc, leave=False, disable=None)
+    return Context(out, model, args.seed, args.quick, progress, os.cpu_count() or 1)

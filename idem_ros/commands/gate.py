@@ -1,9 +1,7 @@
 """`idem gate`: hold results of replays to rules, for CI to decide by."""
 
-import argparse
-from pathlib import Path
-
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.inputs import add_results, refuse_files_named_twice
 from idem_ros.commands.output_names import require_outputs
 from idem_ros.core.exceptions import IdemError
 from idem_ros.terminal.printable import printable
@@ -47,11 +45,8 @@ def add_parser(subparsers):
         help='hold results to rules: exit code 0 or 1, JUnit XML',
         description=DESCRIPTION,
         epilog='example: idem gate result.json --rules rules.yaml --junit gate.xml',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        'results', metavar='RESULT', nargs='+', help='what `idem replay` wrote: JSON or MCAP'
-    )
+    add_results(parser)
     parser.add_argument('--rules', metavar='FILE', required=True, help='YAML with a list rules')
     parser.add_argument(
         '--junit',
@@ -67,7 +62,7 @@ def run(args):
     from idem_ros.results.junit import write_junit, write_junit_error
     from idem_ros.results.result_file import read_result
 
-    _refuse_files_named_twice(args)
+    refuse_files_named_twice([*args.results, args.rules])
     require_outputs(args, [('--junit', args.junit)], [*args.results, args.rules])
     try:
         rules = read_rules(args.rules)
@@ -83,13 +78,6 @@ def run(args):
         write_junit(args.junit, found)
     print('\n'.join(_lines(found)))
     return OK if all(finding.holds for each in found.values() for finding in each) else FAILED
-
-
-def _refuse_files_named_twice(args):
-    files = [*args.results, args.rules]
-    resolved = {Path(file).resolve() for file in files}
-    if len(resolved) < len(files):
-        raise UsageError(f'among {", ".join(files)} a file is named twice; each must be its own')
 
 
 def _lines(found):

@@ -1,7 +1,8 @@
 """`idem map`: maps on disk, made ready for those who look for scans in them."""
 
 from idem_ros.commands.exit_codes import OK, UsageError
-from idem_ros.commands.options import add_columns_option
+from idem_ros.commands.inputs import add_columns_option
+from idem_ros.terminal.progress import progress
 
 SIZE = 100  # [m]
 
@@ -34,13 +35,11 @@ def add_parser(subparsers):
 
 
 def _tile(args):
-    from tqdm import tqdm
-
     from idem_ros.maps.cutting import cut_map
 
     if args.size < 1:
         raise UsageError(f'--size is {args.size}; it must be a whole number of metres from 1')
-    with tqdm(unit=' points', unit_scale=True, leave=False, disable=None) as bar:
+    with progress(unit=' points', unit_scale=True) as bar:
         cut = cut_map(args.map, args.out, args.size, args.columns, bar.update)
     line = f'{args.out}: {cut.tiles} tiles of {args.size} x {args.size} m, {cut.points} points'
     line += f'; {cut.left_out} far from all the rest left out' if cut.left_out else ''

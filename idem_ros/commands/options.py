@@ -1,5 +1,6 @@
 """The fields of the configurations as command line options, and back."""
 
+import os
 import re
 from argparse import SUPPRESS, ArgumentTypeError
 from dataclasses import fields, replace
@@ -9,7 +10,6 @@ from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.parameter import is_optional, is_whole, parameter_name
-from idem_ros.files.columns import parse_columns
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.map_config import MapConfig
 from idem_ros.pairing.targets import PairingConfig
@@ -27,17 +27,8 @@ TITLES = {
     MapConfig: 'target that is a map',
     SmoothingConfig: 'what is joined',
 }
-CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .tsv .pts .asc .bin .npy .las .laz .e57'
 OF_PAIRS = ('crop_target',)  # of `PreprocessingConfig`: where no cloud is a target it says nothing
 REPLAYED = tuple(kind for kind in TITLES if kind is not SmoothingConfig)
-ROLES = {
-    'target': 'PointCloud2',
-    'source': 'PointCloud2',
-    'guess': 'TransformStamped (or as --initial-guess-type says)',
-    'truth': 'TransformStamped',
-    'imu': 'Imu, whose rates tell how the sensor turned during a sweep',
-}
-UNITS = {'': 1, **{unit: 2 ** (10 * (i + 1)) for i, unit in enumerate('kmg')}}
 
 
 def add_config_options(parser, without=(), config_type: Any = RegistrationConfig, choices=None):
@@ -70,50 +61,6 @@ def add_config_options(parser, without=(), config_type: Any = RegistrationConfig
             choices=words,
             **option,
         )
-
-
-def add_columns_option(parser):
-    """Add --columns, for files that do not say what their columns are."""
-    parser.add_argument(
-        '--columns',
-        type=_columns,
-        metavar='N|X,Y,Z',
-        help='how many columns a .bin has; or which three columns of a table are x, y and z: '
-        'their names, or their numbers from 1, as 2,3,4 (default: as the file says)',
-    )
-
-
-def add_topic_options(parser):
-    """Add one option for each role that a recording's topic can play."""
-    for role, what in ROLES.items():
-        parser.add_argument(
-            f'--{role}-topic',
-            metavar='NAME',
-            help=f'{what} topic (default: {"none" if role == "imu" else "found by type"})',
-        )
-    parser.add_argument(
-        '--tf-topic',
-        metavar='NAME',
-        type=_names,
-        help='TFMessage topic, or several by commas, for --initial-guess-type tf; what is static '
-        'comes from NAME_static or /tf_static (default: /tf, or the only one)',
-    )
-
-
-def topics_from(args):
-    """Return {'target_topic': name or None, ...} as `replay` takes them."""
-    return {f'{role}_topic': getattr(args, f'{role}_topic') for role in (*ROLES, 'tf')}
-
-
-def add_max_chunk(parser):
-    """Add the bound of what is inflated; where nobody gives it, it is not in the namespace."""
-    parser.add_argument(
-        '--max-chunk',
-        metavar='BYTES',
-        type=_bytes,
-        default=SUPPRESS,
-        help='leave out chunks of BAG that declare to inflate to more, such as 512M (default: 1G)',
-    )
 
 
 def config_from(args, config_type: Any = RegistrationConfig, base=None) -> Any:
@@ -173,32 +120,11 @@ def _number_or_word(kind, words):
     return read
 
 
-def _names(text):
-    names = [name.strip() for name in text.split(',')]
-    if not all(names):
-        raise ArgumentTypeError(f'{text!r} is no name, nor several by commas')
-    return names
-
-
-def _bytes(text):
-    match = re.fullmatch(r'([1-9]\d{0,17})\s*([kmg]?)(i?b)?', text.strip().lower())
-    if match is None:
-        raise ArgumentTypeError(f'{text!r} is no number of bytes, such as 1073741824, 512M or 2G')
-    return int(match[1]) * UNITS[match[2]]
-
-
 def _numbers(text):
     try:
         return tuple(float(part) for part in text.split(','))
     except ValueError as error:
         raise ArgumentTypeError(f'{text!r} is no list of numbers such as 4,2,1') from error
-
-
-def _columns(text):
-    try:
-        return parse_columns(text)
-    except ValueError as error:
-        raise ArgumentTypeError(str(error)) from error
 
 
 def _metavar(field):
@@ -227,3 +153,20 @@ def add_worker_options(parser, shared):
         help='let the workers of a Dask scheduler (HOST:PORT) do it; they must see '
         f'{shared} (needs the extra "cluster")',
     )
+
+
+def workers_from(args):
+    """Return what does tasks, see `in_processes`; who watches them sees none of a cluster.
+
+    Raises:
+        UsageError: no number of processes.
+    """
+    if args.jobs is not None and args.jobs < 1:
+        raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
+    if args.cluster is None:
+        from idem_ros.evaluation.worker_processes import in_processes
+
+        return lambda tasks, **how: in_processes(tasks, args.jobs or os.cpu_count(), **how)
+    from idem_ros.evaluation.cluster import on_cluster
+
+    return lambda tasks, watch=None, **how: on_cluster(tasks, args.cluster, **how)

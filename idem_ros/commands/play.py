@@ -5,10 +5,11 @@ from argparse import ArgumentTypeError
 from contextlib import suppress
 
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK
-from idem_ros.commands.options import add_max_chunk
+from idem_ros.commands.inputs import add_recording, opened
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.rclpy_needed import require_rclpy
 from idem_ros.terminal.printable import counted, printable
+from idem_ros.terminal.progress import progress
 
 PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
 
@@ -23,9 +24,7 @@ def add_parser(subparsers):
         'reliable; those that hold one message, or whose name ends in "target", are latched. '
         'Exit code: 1 where nobody listened to any.',
     )
-    parser.add_argument(
-        'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
-    )
+    add_recording(parser)
     parser.add_argument(
         '--rate', type=_rate, default=1.0, metavar='R', help='times the recorded pace (default: 1)'
     )
@@ -33,7 +32,6 @@ def add_parser(subparsers):
     parser.add_argument(
         '--clock', action='store_true', help='publish each log time on /clock, for use_sim_time'
     )
-    add_max_chunk(parser)
     parser.set_defaults(run=run)
 
 
@@ -41,11 +39,8 @@ def run(args):
     """Play the recording, say what was skipped."""
     require_rclpy('idem play')
     from idem_ros.node.player import Player, playing_node
-    from idem_ros.recording.part import MAX_CHUNK
-    from idem_ros.recording.reader import open_recording
 
-    max_chunk = getattr(args, 'max_chunk', MAX_CHUNK)
-    with open_recording(args.bag, max_chunk) as recording, playing_node('idem_play') as node:
+    with opened(args.bag, args) as recording, playing_node('idem_play') as node:
         player = Player(node, recording, with_clock=args.clock)
         for topic, reason in player.skipped.items():
             _say(f'skips {topic}: {reason}')
@@ -94,16 +89,12 @@ def _inputs(recording):
 
 def _play_pass(player, recording, rate):
     """Publish the recording once; return how many messages that were."""
-    from tqdm import tqdm
-
     from idem_ros.node.player import Pace
 
     pace, count, skipped = Pace(rate), 0, set(player.skipped)
     total = sum(recording.topics[name].count for name in player.topics)
     messages = recording.messages(player.topics)
-    for topic, log_time, message in tqdm(
-        messages, total=total, unit='msg', leave=False, disable=None
-    ):
+    for topic, log_time, message in progress(messages, total, unit='msg'):
         pace.wait(log_time)
         count += player.publish(topic, log_time, message)
     for topic in player.skipped.keys() - skipped:

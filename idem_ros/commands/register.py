@@ -1,16 +1,12 @@
 """`idem register`: refine the pose of one cloud file in the frame of another."""
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
-from idem_ros.commands.options import (
-    CLOUD_KINDS,
-    add_columns_option,
-    add_config_options,
-    config_from,
-)
+from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option, points_of_file
+from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.commands.output_names import require_outputs
 from idem_ros.refinement.motion_record import motion_record
 from idem_ros.refinement.point_time_config import PointTimeConfig
-from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
+from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 
 def add_parser(subparsers):
@@ -51,8 +47,9 @@ def run(args):
         )
     require_outputs(args, [('--out', args.out)], [args.target, args.source, args.guess])
     guess = read_pose(args.guess) if args.guess else None
-    target, _ = _read(args, args.target, config, preprocessing, is_target=True)
-    source, times = _read(args, args.source, config, preprocessing)
+    reading = args.columns, preprocessing, _point_times(args, config)
+    target, _ = points_of_file(args.target, *reading, is_target=True)
+    source, times = points_of_file(args.source, *reading)
     result = register(target, Cloud(source, times), guess, config)
     if args.out:
         write_pose(args.out, result.T_target_source)
@@ -61,18 +58,9 @@ def run(args):
     return OK if result.is_usable else FAILED
 
 
-def _read(args, file, config, preprocessing, is_target=False):
-    """Return the points of a file that take part, and their times where motion is undone."""
-    from idem_ros.core.exceptions import InvalidCloud
-    from idem_ros.files.timed_cloud import read_timed_cloud
-
-    point_times = None if config.motion == 'none' else config_from(args, PointTimeConfig)
-    points, times = read_timed_cloud(file, args.columns, point_times)
-    try:
-        kept = preprocess(points, preprocessing, is_target)
-    except InvalidCloud as error:
-        raise InvalidCloud(f'{file}: {error}') from error
-    return kept.points, None if times is None else times[kept.kept]
+def _point_times(args, config):
+    """Return how times of points are read; None where no motion is undone."""
+    return None if config.motion == 'none' else config_from(args, PointTimeConfig)
 
 
 def _json(args, result, motion):

@@ -1,18 +1,24 @@
 """`idem replay`: refine every pair of a recording, without ROS."""
 
-import argparse
 import logging
 import sys
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
-from idem_ros.commands.options import add_topic_options, topics_from
+from idem_ros.commands.inputs import (
+    RECORDING,
+    add_recordings_under,
+    add_topic_options,
+    topics_from,
+)
 from idem_ros.commands.replay_outputs import outputs_for, write_outputs
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.core.exceptions import IdemError
 from idem_ros.replay.settings import IDEM
 from idem_ros.terminal.printable import printable
+from idem_ros.terminal.progress import progress
 
 DESCRIPTION = """\
 Refine every pair of BAG, as the live node would, and report the errors.
@@ -38,6 +44,8 @@ examples:
 """
 OF_AGAIN = ('bag', 'again', 'recordings_under', 'json', 'out', 'clouds', 'tum', 'run')
 
+_progress = partial(progress, unit='msg')
+
 
 class NothingRefined(IdemError):
     """A recording of which no source could be refined."""
@@ -50,14 +58,9 @@ def add_parser(subparsers):
         help='refine the pairs of a recording',
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        'bag',
-        metavar='BAG',
-        nargs='?',
-        help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag; with --again it may be left '
-        'out',
+        'bag', metavar='BAG', nargs='?', help=f'{RECORDING}; with --again it may be left out'
     )
     parser.add_argument(
         '--again',
@@ -65,11 +68,7 @@ def add_parser(subparsers):
         help='repeat the replay that RESULT (of --json or --out) is of, from the parameters in '
         'it, and compare transforms, q_tot and status bit for bit: exit code 0 or 1',
     )
-    parser.add_argument(
-        '--recordings-under',
-        metavar='FOLDER',
-        help='with --again: what RESULT names must lie in FOLDER (default: anywhere)',
-    )
+    add_recordings_under(parser, 'with --again: ')
     add_topic_options(parser)
     parser.add_argument('--json', metavar='FILE', help='write every frame as JSON; - for stdout')
     parser.add_argument(
@@ -184,9 +183,3 @@ def _refuse_settings_of_their_own(args):
     if others := [name for name in given if name not in OF_AGAIN]:
         options = ', '.join('--' + name.replace('_', '-') for name in others)
         raise UsageError(f'--again takes all settings from {args.again}; leave out {options}')
-
-
-def _progress(messages, total):
-    from tqdm import tqdm
-
-    return tqdm(messages, total=total, unit='msg', leave=False, disable=None)

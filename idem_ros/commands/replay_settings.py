@@ -3,12 +3,8 @@
 from argparse import SUPPRESS, ArgumentTypeError
 
 from idem_ros.commands.exit_codes import UsageError
-from idem_ros.commands.options import (
-    REPLAYED,
-    add_config_options,
-    add_max_chunk,
-    config_from,
-)
+from idem_ros.commands.inputs import add_max_chunk, given_of
+from idem_ros.commands.options import REPLAYED, add_config_options, config_from
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.replay.settings import IDEM, METHODS, SEQUENCES, Settings
 
@@ -83,8 +79,7 @@ def settings_from(args, then=None):
         of_file, notes = _read(args.params)
         bases |= of_file
     configs = [config_from(args, kind, bases.get(kind)) for kind in REPLAYED]
-    names = ('max_distance', 'start', 'duration', 'every', 'sequence', 'max_chunk')
-    others = {name: getattr(args, name) for name in names if hasattr(args, name)}
+    others = given_of(args, 'max_distance', 'start', 'duration', 'every', 'sequence', 'max_chunk')
     if 'sequence' in others and any(getattr(config, 'mode', '') == 'audit' for config in configs):
         raise UsageError('--sequence has no poses to judge, which mode audit does; choose one')
     methods = dict.fromkeys(getattr(args, 'method', [IDEM]))

@@ -1,10 +1,15 @@
 """`idem report`: results of replays as one page that opens without a network."""
 
-import argparse
-from pathlib import Path
+from functools import partial
 
-from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.exit_codes import OK
+from idem_ros.commands.inputs import (
+    add_recordings_under,
+    add_results,
+    refuse_files_named_twice,
+)
 from idem_ros.commands.output_names import require_matplotlib
+from idem_ros.terminal.progress import progress
 
 DESCRIPTION = """\
 Write a report on one RESULT or several, side by side, into the new folder DIR:
@@ -29,33 +34,21 @@ def add_parser(subparsers):
         help='results as one HTML page with plots and the worst frames',
         description=DESCRIPTION,
         epilog='example: idem report result.json --out report',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        'results', metavar='RESULT', nargs='+', help='what `idem replay --json` or --out wrote'
-    )
+    add_results(parser)
     parser.add_argument('--out', metavar='DIR', required=True, help='folder to make')
-    parser.add_argument(
-        '--recordings-under',
-        metavar='FOLDER',
-        help='read only recordings that lie in FOLDER, whatever the results name (default: any)',
-    )
+    add_recordings_under(parser)
     parser.set_defaults(run=run)
 
 
 def run(args):
     """Check, write, say where the page is."""
-    if len({Path(file).resolve() for file in args.results}) < len(args.results):
-        raise UsageError(f'among {", ".join(args.results)} a file is named twice')
+    refuse_files_named_twice(args.results)
     require_matplotlib('the plots')
     from idem_ros.report.folder import write_report
 
-    page = write_report(args.results, args.out, _progress, args.recordings_under)
+    page = write_report(
+        args.results, args.out, partial(progress, unit='frame'), args.recordings_under
+    )
     print(f'{page}: {page.stat().st_size / 1e6:.1f} MB')
     return OK
-
-
-def _progress(frames, total):
-    from tqdm import tqdm
-
-    return tqdm(frames, total=total, unit='frame', leave=False, disable=None)

@@ -1,9 +1,9 @@
 """`idem show`: one frame of a result as a page, both clouds in 3D."""
 
-import argparse
 from pathlib import Path
 
 from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.commands.inputs import RESULT, add_recordings_under
 from idem_ros.commands.output_names import (
     require_ending,
     require_matplotlib,
@@ -30,11 +30,8 @@ def add_parser(subparsers):
         help='one frame of a result as a page, both clouds in 3D',
         description=DESCRIPTION,
         epilog='example: idem show result.json --out page.html',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        'result', metavar='RESULT', help='what `idem replay --json` or --out wrote'
-    )
+    parser.add_argument('result', metavar='RESULT', help=RESULT)
     parser.add_argument(
         '--frame', type=int, metavar='N', help='its number, from 0 (default: the worst)'
     )
@@ -42,11 +39,7 @@ def add_parser(subparsers):
     parser.add_argument(
         '--rerun', metavar='FILE.rrd', help='recording of rerun to write (extra "view")'
     )
-    parser.add_argument(
-        '--recordings-under',
-        metavar='FOLDER',
-        help='read a recording only where it lies in FOLDER (default: anywhere)',
-    )
+    add_recordings_under(parser)
     parser.set_defaults(run=run)
 
 

@@ -1,12 +1,14 @@
 """`idem simulate`: record a simulated drive with exact truth."""
 
 import math
+from functools import partial
 
 from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.output_names import (
     require_ending,
     require_outputs,
 )
+from idem_ros.terminal.progress import progress
 
 SCANS, MAP_POINTS, SEED = 21, 80_000, 0
 EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town
@@ -113,8 +115,6 @@ def _rig(args, scene, motion, rng):
 
 def _city(args):
     """Write a town as a map in tiles and a drive."""
-    from tqdm import tqdm
-
     from idem_ros.files.atomic_folder import filling
     from idem_ros.simulation.city import LEAST_BLOCKS, blocks_of, write_city
     from idem_ros.simulation.town import BLOCK
@@ -126,8 +126,7 @@ def _city(args):
         bounds = f'from {LEAST_BLOCKS * BLOCK:g} to {LARGEST_EXTENT:g}'
         raise UsageError(f'--extent is {extent:g}; it must be {bounds}')
     with filling(args.out) as folder:
-        bar = {'unit': 'street', 'leave': False, 'disable': None}
-        points = write_city(folder, extent, args.scans, args.seed, lambda each: tqdm(each, **bar))
+        points = write_city(folder, extent, args.scans, args.seed, partial(progress, unit='street'))
     side = blocks_of(extent) * BLOCK
     town = f'a town of {points} points and {side:g} x {side:g} m, map'
     print(f'{args.out}: {args.scans} scans, drive.mcap, in {town}')

@@ -1,23 +1,24 @@
 """`idem smooth`: the trajectory of a recording made consistent, with loops closed and a map."""
 
-import argparse
-import os
 import sys
 from contextlib import closing
+from functools import partial
 
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.commands.inputs import add_recording, given_of
 from idem_ros.commands.options import (
     OF_PAIRS,
     add_config_options,
-    add_max_chunk,
     add_worker_options,
     config_from,
+    workers_from,
 )
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.smoothing.config import SmoothingConfig
 from idem_ros.terminal.printable import printable
+from idem_ros.terminal.progress import progress
 
 DECIDED = (
     *('mode', 'assessment', 'budget_ms', 'threads', 'guess_sigma', 'twist_sigma'),
@@ -60,11 +61,8 @@ def add_parser(subparsers):
         help='make the trajectory of a recording consistent; a map and its score',
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
-    )
+    add_recording(parser)
     parser.add_argument(
         '--trajectory',
         metavar='FILE',
@@ -83,7 +81,6 @@ def add_parser(subparsers):
         '--source-topic', metavar='NAME', help='PointCloud2 topic (default: found by type)'
     )
     add_worker_options(parser, 'DIR by the same path')
-    add_max_chunk(parser)
     add_config_options(parser, without=DECIDED, choices={'motion': ('none', 'guess')})
     for config_type in OTHERS:
         add_config_options(parser, OF_PAIRS, config_type)
@@ -95,11 +92,11 @@ def run(args):
     from idem_ros.files.atomic_folder import filling
     from idem_ros.smoothing.run import smooth
 
-    if args.jobs is not None and args.jobs < 1:
-        raise UsageError(f'--jobs is {args.jobs}; it must be from 1')
+    workers = workers_from(args)
     asked = _asked(args)
+    messages = partial(progress, unit='msg')
     with filling(args.out) as folder:
-        record = smooth(asked, folder.absolute(), lambda tasks: _done(tasks, args), _progress)
+        record = smooth(asked, folder.absolute(), lambda tasks: _done(tasks, workers), messages)
     _print(record, args.out)
     is_doubtful = 2 * record['contradicted'] > record['keyframes'] - 1
     return OK if record['parts'] == 1 and not is_doubtful else FAILED
@@ -113,7 +110,7 @@ def _asked(args):
     if config.voxel_size is None:
         raise UsageError('--voxel-size is none; scans of a whole recording are joined on voxels')
     preprocessing, point_times, smoothing = (config_from(args, kind) for kind in OTHERS)
-    others = {'max_chunk': args.max_chunk} if hasattr(args, 'max_chunk') else {}
+    others = given_of(args, 'max_chunk')
     try:
         settings = Settings(
             config=config, preprocessing=preprocessing, point_times=point_times, **others
@@ -123,28 +120,12 @@ def _asked(args):
     return Asked(args.bag, args.trajectory, settings, smoothing, args.source_topic, args.loops)
 
 
-def _done(tasks, args):
+def _done(tasks, workers):
     """Yield (index, what was found) of each task, as it is done."""
-    from tqdm import tqdm
-
     from idem_ros.smoothing.joining import joined
 
-    if args.cluster is not None:
-        from idem_ros.evaluation.cluster import on_cluster
-
-        ended = on_cluster(tasks, args.cluster, call=joined)
-    else:
-        from idem_ros.evaluation.worker_processes import in_processes
-
-        ended = in_processes(tasks, args.jobs or os.cpu_count(), call=joined)
-    with closing(ended):
-        yield from tqdm(ended, total=len(tasks), unit='window', leave=False, disable=None)
-
-
-def _progress(messages, total):
-    from tqdm import tqdm
-
-    return tqdm(messages, total=total, unit='msg', leave=False, disable=None)
+    with closing(workers(tasks, call=joined)) as ended:
+        yield from progress(ended, len(tasks), unit='window')
 
 
 def _print(record, out):

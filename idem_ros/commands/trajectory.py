@@ -1,6 +1,5 @@
 """`idem trajectory`: the errors of an estimated trajectory by the field's definitions."""
 
-import argparse
 import re
 
 from idem_ros.commands.exit_codes import OK, UsageError
@@ -36,7 +35,6 @@ def add_parser(subparsers):
         help='errors of a trajectory: APE, RPE and KITTI',
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('reference', metavar='REFERENCE', help='the true trajectory')
     parser.add_argument('estimate', metavar='ESTIMATE', help='the trajectory to judge')

@@ -1,9 +1,7 @@
 """`idem truth`: the true poses of a recording as a trajectory."""
 
-import argparse
-
 from idem_ros.commands.exit_codes import OK
-from idem_ros.commands.options import add_max_chunk
+from idem_ros.commands.inputs import add_recording, opened
 from idem_ros.commands.output_names import require_outputs
 from idem_ros.terminal.printable import counted
 
@@ -21,11 +19,8 @@ def add_parser(subparsers):
         help='write the true poses of a recording as TUM lines',
         description=DESCRIPTION,
         epilog='example: idem truth drive.mcap --out truth.tum',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        'bag', metavar='BAG', help='recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
-    )
+    add_recording(parser)
     parser.add_argument('--out', metavar='FILE', required=True, help='TUM file to write')
     parser.add_argument(
         '--truth-topic', metavar='NAME', help='TransformStamped topic (default: ground_truth)'
@@ -33,19 +28,16 @@ def add_parser(subparsers):
     parser.add_argument(
         '--source-topic', metavar='NAME', help='PointCloud2 topic that they are of'
     )
-    add_max_chunk(parser)
     parser.set_defaults(run=run)
 
 
 def run(args):
     """Read, chain where they are relative, write, say what was assumed."""
     from idem_ros.files.pose_file import write_tum
-    from idem_ros.recording.part import MAX_CHUNK
-    from idem_ros.recording.reader import open_recording
     from idem_ros.replay.recorded_truth import read_truth
 
     require_outputs(args, [('--out', args.out)], [args.bag])
-    with open_recording(args.bag, getattr(args, 'max_chunk', MAX_CHUNK)) as recording:
+    with opened(args.bag, args) as recording:
         trajectory, notes = read_truth(recording, args.truth_topic, args.source_topic)
     write_tum(args.out, trajectory.stamps, trajectory.poses)
     print(f'{args.out}: {counted(len(trajectory), "pose")}')

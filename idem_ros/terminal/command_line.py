@@ -13,6 +13,12 @@ WANTED = {int: 'whole number', float: 'number'}
 class CommandLine(argparse.ArgumentParser):
     """A parser that says in one line what is wrong, and shows what commands there are."""
 
+    def __init__(self, *args, description=None, **options):
+        """See argparse; a description of several lines is shown as it stands."""
+        if '\n' in (description or ''):
+            options.setdefault('formatter_class', argparse.RawDescriptionHelpFormatter)
+        super().__init__(*args, description=description, **options)
+
     def error(self, message, meant=''):
         """Say in one line what is wrong, where argparse prints the whole usage first."""
         hint = f'{meant}see {self.prog} --help'
