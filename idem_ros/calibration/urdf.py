@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from idem_ros.calibration.frame_tree import FrameTree, UnknownStart
+from idem_ros.terminal.printable import error_line
 
 LARGEST = 1 << 24  # [bytes]
 RIGID = ('fixed',)
@@ -80,7 +81,7 @@ def _root(path):
     except OSError as error:
         raise UnknownStart(f'{path} cannot be read: {error.strerror or error}') from error
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise UnknownStart(f'{path} is no URDF: {" ".join(str(error).split())}') from error
+        raise UnknownStart(f'{path} is no URDF: {error_line(error)}') from error
     if root.tag != 'robot':
         raise UnknownStart(f'{path} is no URDF: it begins with <{root.tag}>, not with <robot>')
     if any('xacro' in each.tag for each in root.iter()):

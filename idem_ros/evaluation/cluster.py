@@ -5,6 +5,7 @@ import socket
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
 from idem_ros.evaluation.worker_processes import failed
+from idem_ros.terminal.printable import error_line
 
 PATIENCE = 15.0  # [s] for the scheduler to answer, and for its first worker
 
@@ -70,7 +71,7 @@ def _client(distributed, address, patience):
         socket.create_connection(host_port, timeout=patience).close()
         client = distributed.Client(address, timeout=patience, set_as_default=False)
     except (OSError, ValueError) as error:  # a timeout is an OSError
-        reason = ' '.join(str(error).split()) or type(error).__name__
+        reason = error_line(error)
         raise ClusterMissing(
             f'no Dask scheduler answers at {address!r}, expected is HOST:PORT: {reason}'
         ) from error

@@ -11,6 +11,7 @@ from typing import Any
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
 from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.terminal.printable import error_line
 
 RUNS = 3  # of a task whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are
@@ -91,7 +92,7 @@ def _killed(task, has_begun):
 
 def failed(task, error):
     """Return the `Outcome` of a task that ended by an error nobody foresaw."""
-    return Outcome(task.path, reason=f'{type(error).__name__}: {" ".join(str(error).split())}')
+    return Outcome(task.path, reason=f'{type(error).__name__}: {error_line(error)}')
 
 
 def _begin(counters):

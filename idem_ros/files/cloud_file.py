@@ -19,6 +19,7 @@ from idem_ros.files.ply_file import read_ply
 from idem_ros.files.survey_files import las_parts, read_e57, read_las
 from idem_ros.files.text_table import read_text
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
+from idem_ros.terminal.printable import error_line
 
 READERS = {
     '.ply': read_ply,
@@ -141,7 +142,7 @@ def errors_of(path):
     except OSError as error:
         raise UnreadableCloud(f'{path} cannot be read: {error.strerror or error}') from error
     except Exception as error:  # damaged bytes raise anything, from struct.error to KeyError
-        reason = ' '.join(str(error).split())[:200] or type(error).__name__
+        reason = error_line(error)[:200]
         raise UnreadableCloud(
             f'{path} cannot be read, it may be cut off or damaged: {reason}'
         ) from error

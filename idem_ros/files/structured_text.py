@@ -9,6 +9,7 @@ from typing import Any
 import yaml
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.terminal.printable import error_line
 
 MOST_YAML = 2**18  # [bytes]; what people write by hand is a hundredth of it
 MOST_VALUES = 20_000  # in a YAML, each as often as aliases repeat it
@@ -43,7 +44,7 @@ def read_yaml(path, most_bytes=MOST_YAML, most_values=MOST_VALUES) -> Any:
     except OSError as error:
         raise UnreadableText(f'{path} cannot be read: {error.strerror or error}') from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise UnreadableText(f'{path} is no YAML: {" ".join(str(error).split())}') from error
+        raise UnreadableText(f'{path} is no YAML: {error_line(error)}') from error
 
 
 def parse_json(text):

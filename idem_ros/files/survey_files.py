@@ -6,6 +6,7 @@ import numpy as np
 
 from idem_ros.files.las_header import MOST_PACKED, refuse_false_las
 from idem_ros.files.unreadable import UnreadableCloud
+from idem_ros.terminal.printable import error_line
 
 EXTRA = "install the extra survey: pip install 'idem_ros[survey]'"
 
@@ -73,7 +74,7 @@ def _refuse_columns(columns):
 
 
 def _line(error):
-    return ' '.join(str(error).split())[:200]
+    return error_line(error)[:200]
 
 
 def _cause(error):

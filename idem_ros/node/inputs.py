@@ -29,6 +29,7 @@ from idem_ros.pairing.map_config import REPLACE, MapConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.pairing.targets import PairingConfig, UnusableTarget
+from idem_ros.terminal.printable import error_line
 
 RECEIPTS_KEPT = 64
 PERIOD = 0.25  # [s] between looks at what publishers offer
@@ -223,7 +224,7 @@ class Inputs:
             self.hearing.expect(GUESSES)
             self._hindrance = ''
         except RuntimeError as error:  # of rclpy's RCLError, which it does not export
-            reason = ' '.join(str(error).split())
+            reason = error_line(error)
             self._hindrance = f'guesses cannot be subscribed to: {reason}'
 
     def _taking(self, name: str, add: Callable) -> Callable:

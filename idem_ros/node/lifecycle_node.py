@@ -6,7 +6,7 @@ from idem_ros.core import IdemError
 from idem_ros.node.adapter import NAME
 from idem_ros.node.dead_ports import domain_of, no_dead_ports
 from idem_ros.node.live_registration import LiveRegistration
-from idem_ros.terminal.printable import counted
+from idem_ros.terminal.printable import counted, error_line
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -72,7 +72,7 @@ class LifecycleRegistrationNode(LifecycleNode):
         try:
             begin()
         except (IdemError, RuntimeError) as error:  # of rclpy: a topic of another type, ...
-            self.get_logger().error(' '.join(str(error).split()))
+            self.get_logger().error(error_line(error))
             undo()
             return FAILURE
         return SUCCESS

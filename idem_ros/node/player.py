@@ -21,6 +21,7 @@ from idem_ros.node.messages import message_class, time_message
 from idem_ros.recording.cdr import NotSendable, is_known, to_cdr
 from idem_ros.recording.decoding import UnreadableTopic
 from idem_ros.recording.reader import Recording
+from idem_ros.terminal.printable import error_line
 
 CLOCK = '/clock'
 KEPT = 10  # messages of a topic that are sent again until every subscriber has them
@@ -65,7 +66,7 @@ class Player:
             try:
                 self._publishers[name] = self._open(node, recording, name)
             except (NotSendable, UnreadableTopic, ImportError, NameValidationException) as error:
-                self.skipped[name] = ' '.join(str(error).split())
+                self.skipped[name] = error_line(error)
         if not self._publishers:
             reasons = '; '.join(f'{name}: {reason}' for name, reason in self.skipped.items())
             raise NothingToPlay(

@@ -9,6 +9,7 @@ from itertools import pairwise
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
 from idem_ros.node.rclpy_needed import RclpyMissing, require_rclpy
 from idem_ros.terminal.command_line import CommandLine
+from idem_ros.terminal.printable import error_line
 
 FAILED = 1
 USAGE_ERROR = 2
@@ -181,7 +182,7 @@ def _seconds(text: str) -> float:
 
 
 def _said(name: str, error: Exception, code: int) -> int:
-    reason = ' '.join(str(error).split()).split(', at /')[0]  # rcl appends its source lines
+    reason = error_line(error).split(', at /')[0]  # rcl appends its source lines
     print(f'{name}: error: {reason}', file=sys.stderr)
     return code
 

@@ -8,6 +8,7 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.terminal.printable import error_line
 
 METADATA, RECORD = 'idem_replay', 'frames.json'
 """What a result carries: metadata on how it was made, and the very file that --json writes."""
@@ -63,7 +64,7 @@ def _embedded(path, stream):
             _joined({each.name: each.data for each in attachments}),
         )
     except Exception as error:  # damaged bytes raise anything: struct.error, OSError of a seek
-        reason = ' '.join(str(error).split()) or type(error).__name__
+        reason = error_line(error)
         raise UnreadableMcap(f'{path} is cut off or damaged: {reason}') from error
 
 

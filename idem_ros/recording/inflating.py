@@ -10,6 +10,7 @@ import lz4.frame
 import zstandard
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.terminal.printable import error_line
 
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
 PIECE = 2**20  # bytes
@@ -47,7 +48,7 @@ def inflated(content, compression, size, bound):
         except KeyError:
             raise Damaged(f'its compression {compression[:40]!r} is not known') from None
         except Exception as error:  # of four libraries, each with its own
-            raise Damaged(' '.join(str(error).split()) or type(error).__name__) from error
+            raise Damaged(error_line(error)) from error
     if len(result) != size:
         more = 'more than' if len(result) > size else f'{len(result)} of'
         raise Damaged(f'it holds {more} the {size} bytes it declares')

@@ -3,7 +3,6 @@
 import io
 import struct
 import zlib
-from collections import Counter
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -11,18 +10,12 @@ from mcap.reader import SeekingReader
 from mcap.records import Channel as ChannelRecord
 from mcap.records import Footer, Schema
 
+from idem_ros.recording.chunked_file import ChunkedFile
 from idem_ros.recording.definitions import normalized
 from idem_ros.recording.embedded import MAGIC
-from idem_ros.recording.inflating import Damaged, TooLarge, inflated
-from idem_ros.recording.part import (
-    MAX_CHUNK,
-    NEVER,
-    Block,
-    Channel,
-    ClippedFile,
-    Logged,
-    in_log_order,
-)
+from idem_ros.recording.inflating import Damaged, inflated
+from idem_ros.recording.part import Block, Channel
+from idem_ros.terminal.printable import error_line
 
 RECORD = struct.Struct('<BQ')  # opcode, length
 CHUNK = struct.Struct('<QQQII')  # begin, end, size, CRC, length of the compression's name
@@ -31,60 +24,17 @@ FOOTER = 37  # bytes from its opcode to the end of the file
 ENCODED = {'ros1msg': 'ros1', 'ros2msg': 'cdr', 'ros2idl': 'cdr', 'omgidl': 'cdr'}
 
 
-class McapFile:
-    """The messages of an MCAP.
+class McapFile(ChunkedFile):
+    """The messages of an MCAP; a message by itself counts as a chunk."""
 
-    Args:
-        path: the file.
-        max_chunk: chunks that declare to inflate to more are left out [bytes].
+    magic, kind = MAGIC, 'an MCAP'
 
-    Attributes:
-        channels: [`Channel`].
-        counts: {`Channel`: messages} that it should have.
-        begin: the earliest log time [ns].
-        damage: why it was read without its index; empty where that is in order or was not made.
-        bytes_read: how far it could be read then.
-        left_out: [why a chunk was left out] so far.
-    """
-
-    def __init__(self, path, max_chunk=MAX_CHUNK):
-        self.path = path
-        self.damage, self.left_out = '', []
-        self.counts = Counter()
-        self._max_chunk = max_chunk
-        self._schemas, self._by_id = {}, {}
-        self._blocks = []
-        self._bad = set()
-        self._stream = ClippedFile(path)
-        self.bytes_read = self._stream.size
-        try:
-            if not self._index():
-                self._scan()
-        except BaseException:
-            self.close()
-            raise
-        self.begin = min((block.begin for block in self._blocks), default=NEVER)
-
-    @property
-    def channels(self):
-        """[`Channel`] in the order of the file."""
-        return list(self._by_id.values())
-
-    def close(self):
-        """Close the file."""
-        self._stream.close()
-
-    def messages(self, channels):
-        """Yield the `Logged` of some channels in log order."""
-        ids = {id_ for id_, channel in self._by_id.items() if channel in channels}
-        blocks = [b for b in self._blocks if b.channels is None or b.channels & ids]
-        yield from in_log_order(blocks, lambda block: self._read(block, ids))
+    def __init__(self, *args):
+        self._schemas = {}
+        super().__init__(*args)
 
     def _index(self):
         """Take channels, counts and chunks from the summary; return whether it has them all."""
-        if self._stream.read(len(MAGIC)) != MAGIC:
-            size = self._stream.size
-            raise Damaged('it is empty' if not size else 'its magic is not that of an MCAP')
         try:
             self._stream.seek(0)
             limit = self._stream.size
@@ -92,7 +42,7 @@ class McapFile:
             if summary is not None:
                 self._require_crc()
         except Exception as error:  # damaged bytes raise anything: struct.error, KeyError
-            self.damage = ' '.join(str(error).split()) or type(error).__name__
+            self.damage = error_line(error)
             return False
         if summary is None:
             return False
@@ -141,7 +91,7 @@ class McapFile:
             except Damaged:
                 pass  # a chunk, which is named
             except Exception as error:  # see `_index`
-                self.damage = self.damage or ' '.join(str(error).split())
+                self.damage = self.damage or error_line(error)
             self._stream.seek(end)
             self.bytes_read = end
 
@@ -152,14 +102,7 @@ class McapFile:
                 self.counts[self._by_id[id_]] += 1
                 self._blocks.append(Block(log_time, log_time, offset, frozenset({id_})))
         elif opcode == Opcode.CHUNK:
-            times, ids = [], set()
-            for id_, log_time, _ in self._messages_in(self._content(offset)):
-                if id_ in self._by_id:
-                    self.counts[self._by_id[id_]] += 1
-                    times.append(log_time)
-                    ids.add(id_)
-            if times:
-                self._blocks.append(Block(min(times), max(times), offset, frozenset(ids)))
+            self._take_chunk(offset)
         else:
             self._definition(opcode, self._stream.read(length))
 
@@ -182,35 +125,8 @@ class McapFile:
         name = normalized(name) if is_ros else name
         self._by_id[record.id] = Channel(record.topic, name, encoding, form, definition)
 
-    def _read(self, block, ids):
-        """Return the `Logged` of a block; none of one that is damaged, which is named."""
-        if block.offset in self._bad:
-            return []
-        try:
-            content = self._content(block.offset)
-            found = [each for each in self._messages_in(content) if each[0] in ids]
-        except (Damaged, struct.error, OSError):
-            return []  # it is named
-        # what is kept keeps the whole chunk: where that is much more, it is copied out
-        is_much = sum(len(raw) for *_, raw in found) * 2 > len(content)
-        kept = (lambda raw: raw) if is_much else bytes
-        return [Logged(time, self._by_id[id_], kept(raw)) for id_, time, raw in found]
-
-    def _content(self, offset):
-        """Return the records of a chunk, or a message by itself, as bytes.
-
-        Raises:
-            Damaged: it is, or is too large; the first time it is added to what was left out.
-        """
-        try:
-            return self._checked(offset)
-        except (TooLarge, Damaged, struct.error, OSError) as error:
-            if offset not in self._bad:
-                self._bad.add(offset)
-                self.left_out.append(f'the chunk at byte {offset}: {error}')
-            raise Damaged(str(error)) from error
-
     def _checked(self, offset):
+        """Return the records of a chunk, or a message by itself."""
         self._stream.seek(offset)
         head = self._stream.read(RECORD.size)
         opcode, length = RECORD.unpack(head)
@@ -221,8 +137,7 @@ class McapFile:
         _, _, size, crc, name = CHUNK.unpack(self._stream.read(CHUNK.size))
         compression = self._stream.read(name).decode('ascii', 'replace')
         (compressed,) = struct.unpack('<Q', self._stream.read(8))
-        if size > self._max_chunk:
-            raise TooLarge(f'it declares {size} bytes, more than --max-chunk {self._max_chunk}')
+        self._require_small(size)
         content = inflated(self._stream.read(compressed), compression, size, self._max_chunk)
         if crc and zlib.crc32(content) != crc:
             raise Damaged('its checksum is wrong')

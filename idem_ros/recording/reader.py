@@ -14,6 +14,7 @@ from idem_ros.recording.mcap_file import McapFile
 from idem_ros.recording.part import MAX_CHUNK, NEVER
 from idem_ros.recording.ros1_file import Ros1File
 from idem_ros.recording.sqlite_file import SqliteFile
+from idem_ros.terminal.printable import error_line
 
 SHOWN = 3  # chunks of a file that are named one by one
 
@@ -227,4 +228,4 @@ def _left_out(reasons):
 
 
 def _one_line(error):
-    return ' '.join(str(error).split())[:200] or type(error).__name__
+    return error_line(error)[:200]

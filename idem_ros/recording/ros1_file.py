@@ -1,68 +1,22 @@
 """A ROS 1 bag by its index, or where that is missing or damaged, chunk after chunk."""
 
 import io
-from collections import Counter
-from functools import partial
+from contextlib import suppress
 
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import Header, RecordType, normalize
 from rosbags.typesys.msg import normalize_msgtype
 
-from idem_ros.recording.inflating import Damaged, TooLarge, inflated
-from idem_ros.recording.part import (
-    MAX_CHUNK,
-    NEVER,
-    Block,
-    Channel,
-    ClippedFile,
-    Logged,
-    in_log_order,
-)
-
-MAGIC = b'#ROSBAG V2.0\n'
+from idem_ros.recording.chunked_file import ChunkedFile
+from idem_ros.recording.inflating import Damaged, inflated
+from idem_ros.recording.part import Block, Channel
+from idem_ros.terminal.printable import error_line
 
 
-class Ros1File:
-    """The messages of a ROS 1 bag; see `McapFile` for arguments and attributes.
+class Ros1File(ChunkedFile):
+    """The messages of a ROS 1 bag."""
 
-    Raises:
-        Damaged: it is no ROS 1 bag.
-    """
-
-    def __init__(self, path, max_chunk=MAX_CHUNK):
-        self.path = path
-        self.damage, self.left_out = '', []
-        self.bytes_read = 0
-        self.counts = Counter()
-        self._max_chunk = max_chunk
-        self._bad = set()
-        self._by_id, self._blocks = {}, []
-        self._stream = ClippedFile(path)
-        try:
-            if self._stream.read(len(MAGIC)) != MAGIC:
-                size = self._stream.size
-                raise Damaged('its magic is not that of a ROS 1 bag' if size else 'it is empty')
-            if not self._index():
-                self._scan()
-        except BaseException:
-            self.close()
-            raise
-        self.begin = min((block.begin for block in self._blocks), default=NEVER)
-
-    @property
-    def channels(self):
-        """[`Channel`] in the order of the file."""
-        return list(self._by_id.values())
-
-    def close(self):
-        """Close the file."""
-        self._stream.close()
-
-    def messages(self, channels):
-        """Yield the `Logged` of some channels in log order."""
-        ids = {id_ for id_, channel in self._by_id.items() if channel in channels}
-        blocks = [block for block in self._blocks if block.channels & ids]
-        yield from in_log_order(blocks, partial(self._read, ids=ids))
+    magic, kind = b'#ROSBAG V2.0\n', 'a ROS 1 bag'
 
     def _index(self):
         """Take connections, counts and chunks from the index; return whether it can be read."""
@@ -78,14 +32,15 @@ class Ros1File:
                 for id_, entries in reader.indexes.items():
                     self.counts[self._by_id[id_]] += len(entries)
         except Exception as error:  # damaged bytes raise anything, from struct.error to KeyError
-            self.damage = _reason(error)
+            self.damage = error_line(error)
             self._by_id.clear()
             self._blocks.clear()
             self.counts.clear()
         return not self.damage
 
     def _scan(self):
-        self._stream.seek(len(MAGIC))
+        self.bytes_read = 0
+        self._stream.seek(len(self.magic))
         while True:
             at = self._stream.tell()
             try:
@@ -97,53 +52,22 @@ class Ros1File:
             if header.get('op') is None:
                 return
             if header['op'][0] == RecordType.CHUNK:
-                self._take(at)
+                with suppress(Damaged):  # it is named
+                    if self._take_chunk(at):
+                        self.bytes_read = self._stream.tell()
             self._stream.seek(start + size)
 
-    def _take(self, at):
-        """Count the messages of a chunk, which may be cut off."""
-        times, ids = [], set()
-        try:
-            for id_, log_time, _ in self._messages_in(self._content(at)):
-                times.append(log_time)
-                ids.add(id_)
-                self.counts[self._by_id[id_]] += 1
-        except Damaged:
-            return  # it is named
-        if times:
-            self._blocks.append(Block(min(times), max(times), at, frozenset(ids)))
-            self.bytes_read = self._stream.tell()
-
-    def _read(self, block, ids):
-        """Return the `Logged` of a block; none of one that is damaged, which is named."""
-        if block.offset in self._bad:
-            return []
-        try:
-            found = list(self._messages_in(self._content(block.offset)))
-        except Damaged:
-            return []
-        return [Logged(time, self._by_id[id_], raw) for id_, time, raw in found if id_ in ids]
-
-    def _content(self, at):
+    def _checked(self, at):
         """Return the records of a chunk; of the last one without compression it may be cut off."""
-        try:
-            self._stream.seek(at)
-            header = Header.read(self._stream, RecordType.CHUNK)
-            compression, declared = header.get_string('compression'), header.get_uint32('size')
-            size = int.from_bytes(self._stream.read(4), 'little')
-            if declared > self._max_chunk:
-                raise TooLarge(
-                    f'it declares {declared} bytes, more than --max-chunk {self._max_chunk}'
-                )
-            content = self._stream.read(size)
-            if compression == 'none' and len(content) < size:
-                return content
-            return inflated(content, compression, declared, self._max_chunk)
-        except Exception as error:  # see `_index`
-            if at not in self._bad:
-                self._bad.add(at)
-                self.left_out.append(f'the chunk at byte {at}: {_reason(error)}')
-            raise Damaged(_reason(error)) from error
+        self._stream.seek(at)
+        header = Header.read(self._stream, RecordType.CHUNK)
+        compression, declared = header.get_string('compression'), header.get_uint32('size')
+        size = int.from_bytes(self._stream.read(4), 'little')
+        self._require_small(declared)
+        content = self._stream.read(size)
+        if compression == 'none' and len(content) < size:
+            return content
+        return inflated(content, compression, declared, self._max_chunk)
 
     def _messages_in(self, content):
         """Yield (connection, log time, bytes) of records up to the first that is no whole one."""
@@ -173,7 +97,3 @@ class Ros1File:
             'ros1msg',
             inner.get_string('message_definition'),
         )
-
-
-def _reason(error):
-    return ' '.join(str(error).split()).rstrip('.') or type(error).__name__

@@ -15,7 +15,7 @@ MESSAGES = (
 
 
 class SqliteFile:
-    """The messages of a db3; see `McapFile` for the attributes.
+    """The messages of a db3; see `ChunkedFile` for the attributes.
 
     Raises:
         Damaged: it is no database, or none of rosbag2.

@@ -76,3 +76,8 @@ class ShownStream:
 def counted(count, noun):
     """Return a number with what it counts: 1 publisher, 2 publishers."""
     return f'{count} {noun}' if count == 1 else f'{count} {noun}s'
+
+
+def error_line(error):
+    """Return what an error of a library says as one line; its kind where it says nothing."""
+    return ' '.join(str(error).split()).rstrip('.') or type(error).__name__
