@@ -4,10 +4,10 @@ from benchmarks.commands.outputs import (
     QUICK,
     add_output_options,
     check_outputs,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK
+from idem_ros.terminal.progress import progress
 
 TEXT = """## Bounded work
 

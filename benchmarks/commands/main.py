@@ -23,13 +23,13 @@ from benchmarks.commands.outputs import (
     check_jobs,
     check_outputs,
     check_trials,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.main import run
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.terminal.command_line import CommandLine
+from idem_ros.terminal.progress import progress
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 
@@ -202,18 +202,13 @@ def _speed(args):
 
 
 def _main(args):
-    from benchmarks.goal import goals_table
     from benchmarks.main_job import measure
     from benchmarks.real_pairs import SHARED, real_pairs
 
     config = replace(_config(args), assessment='verdict')  # as the node has it
     goals = measure(config, args.quick, progress)
-    text = '## Main job\n\n' + goals_table(goals)
-    if not real_pairs():
-        text += f'\nWithout the real pairs: {SHARED} is not there.\n'
-    write(args, {'goals': [goal.record() for goal in goals]}, text)
-    print(text)
-    return OK if all(goal.reached for goal in goals) else FAILED
+    about = '' if real_pairs() else f'Without the real pairs: {SHARED} is not there.\n\n'
+    return _told(args, 'Main job', goals, about)
 
 
 def _evaluation(args):

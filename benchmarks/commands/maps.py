@@ -6,11 +6,11 @@ from benchmarks.commands.outputs import (
     QUICK,
     add_output_options,
     check_outputs,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.terminal.progress import progress
 
 
 def add_parser(kinds, own):

@@ -53,13 +53,6 @@ def check_outputs(args):
             require_writable(file)
 
 
-def progress(steps, total=None):
-    """Show how far an iteration over steps is."""
-    from tqdm import tqdm
-
-    return tqdm(steps, total=total, leave=False, disable=None)
-
-
 def write(args, record, text):
     """Write the record as JSON and the text as Markdown, where these are asked for."""
     import json

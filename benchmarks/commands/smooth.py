@@ -6,11 +6,11 @@ from benchmarks.commands.outputs import (
     add_trials,
     check_outputs,
     check_trials,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.terminal.progress import progress
 
 TRIALS, SEEDS, MAPS, VOXEL_SIZE = 2, 2, 12, 0.5
 TEXT = """\

@@ -6,10 +6,10 @@ from benchmarks.commands.outputs import (
     add_output_options,
     check_jobs,
     check_outputs,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.terminal.progress import progress
 
 TRIALS, QUICK_TRIALS = 400, 24
 FIRST_SEED = 1000  # those below 100 are what the numbers were chosen on

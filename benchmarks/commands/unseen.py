@@ -8,11 +8,11 @@ from benchmarks.commands.outputs import (
     add_output_options,
     check_jobs,
     check_outputs,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.terminal.progress import progress
 
 
 def add_parsers(kinds, own):

@@ -6,11 +6,11 @@ from benchmarks.commands.outputs import (
     QUICK,
     add_output_options,
     check_outputs,
-    progress,
     write,
 )
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
+from idem_ros.terminal.progress import progress
 
 VOXELS = """\
 From a guess some degrees off; the error is how far the source's points are off, root mean square,

@@ -7,7 +7,7 @@ from benchmarks.six_dof.figure import figure_of
 from benchmarks.six_dof.runs import CONFIGS, IDEM, NEAR, measured, methods_of
 from idem_ros.core.metric.displacement import AXES
 from idem_ros.experiments.conditions import case_names
-from idem_ros.experiments.experiment import write_csv, write_figure, write_page
+from idem_ros.experiments.experiment import write_outputs
 from idem_ros.replay.peers import PeersMissing, small_gicp
 from idem_ros.terminal.markdown import number, table
 
@@ -52,11 +52,7 @@ def _run(context, name, kinds):
     own = outcomes[kinds[-1]]
     title = SHARED if kinds == ('shared',) else INDEPENDENT
     stem = context.out / name
-    return [
-        write_csv(f'{stem}.csv', HEADER, [row for outcome in own for row in _rows(outcome)]),
-        *write_figure(stem, figure_of(own, methods_of(peers), title)),
-        write_page(f'{stem}.md', _page(context, name, outcomes, starts, peers)),
-    ]
+    return write_outputs(stem, HEADER, [row for outcome in own for row in _rows(outcome)], figure_of(own, methods_of(peers), title), _page(context, name, outcomes, starts, peers))
 
 
 def _are_there():

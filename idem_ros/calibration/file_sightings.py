@@ -5,6 +5,7 @@ from pathlib import Path
 from idem_ros.calibration.sighting import Measured, Sighting
 from idem_ros.core.exceptions import IdemError
 from idem_ros.files.cloud_file import READERS
+from idem_ros.files.cloud_list import refuse_copy, refuse_same_files
 
 
 class UnclearSightings(IdemError):
@@ -19,7 +20,7 @@ def files_of(paths):
             sensor's file has the same name, whatever its suffix.
 
     Raises:
-        UnclearSightings: it says what is wrong.
+        UnclearSightings, RepeatedCloud: it says what is wrong.
     """
     paths = [Path(each) for each in paths]
     folders = [each for each in paths if each.is_dir()]
@@ -29,7 +30,7 @@ def files_of(paths):
             f'{folders[0]} is a folder and {other} is none: give a file for each sensor, or a '
             'folder for each instant'
         )
-    _refuse_twice(paths)
+    refuse_same_files(paths)
     missing = [str(each) for each in paths if not each.exists()]
     if missing:
         raise UnclearSightings(f'{", ".join(missing)}: there is no such file')
@@ -52,7 +53,7 @@ def sightings_of(names, found, read):
         read: read(file) returns (N, 3) points.
 
     Raises:
-        UnclearSightings: two sensors have the same points.
+        RepeatedCloud: two sensors have the same points.
     """
     sightings, flaws = [], []
     for instant, files in found.items():
@@ -67,7 +68,7 @@ def sightings_of(names, found, read):
                 except IdemError as error:
                     flaws.append(f'{name} is left out: {error}')
             if points is not None:
-                _refuse_copy(files[name], points, seen)
+                refuse_copy(files[name], points, seen)
             measured.append(None if points is None else Measured(points))
         sightings.append(Sighting(instant, tuple(measured)))
     return sightings, flaws
@@ -97,18 +98,3 @@ def _by_name(files):
             )
         found[file.stem] = file
     return found
-
-
-def _refuse_twice(paths):
-    seen = set()
-    for path in paths:
-        if path.resolve() in seen:
-            raise UnclearSightings(f'{path} is given twice')
-        seen.add(path.resolve())
-
-
-def _refuse_copy(file, points, seen):
-    key = points.tobytes()
-    if key in seen:
-        raise UnclearSightings(f'{file} holds the same points as {seen[key]}: is it a copy?')
-    seen[key] = file

@@ -14,7 +14,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.pairing.guesses import TF
-from idem_ros.recording.topics import STATIC, TopicNotFound
+from idem_ros.recording.topics import STATIC, TopicNotFound, find_topic
 from idem_ros.replay.recorded_truth import TRUTH
 
 ALONE_NS = 500_000_000  # how far apart clouds may be of a reference that has but one
@@ -61,7 +61,9 @@ def cloud_topics(recording, given, reference=None):
         TopicNotFound: one is not there, is of another type, or is given twice; or there is one.
     """
     every = [name for name, topic in recording.topics.items() if topic.msgtype == CLOUD]
-    topics = [_named(recording, every, each) for each in given] if given else every
+    topics = (
+        [find_topic(recording, CLOUD, 'sensor', each) for each in given] if given else every
+    )
     twice = [name for name, count in Counter(topics).items() if count > 1]
     if twice:
         raise TopicNotFound(f'{twice[0]} is given for two sensors; each has a topic of its own')
@@ -72,7 +74,9 @@ def cloud_topics(recording, given, reference=None):
         )
     if reference is None:
         return topics
-    first = _named(recording, topics, reference)
+    first = find_topic(recording, CLOUD, 'reference', reference)
+    if first not in topics:
+        raise TopicNotFound(f'{first} is none of the sensors: {", ".join(topics)}')
     return [first, *(each for each in topics if each != first)]
 
 
@@ -195,13 +199,3 @@ def _measured(recording, rig, wanted, point_times, prepare):
 def _at(measured, key, instant):
     """Return a `Measured` whose times are after an instant [ns]; None: there is none."""
     return None if measured is None else measured.later((key[1] - instant) / SECOND)
-
-
-def _named(recording, every, given):
-    for name in every:
-        if name.lstrip('/') == given.lstrip('/'):
-            return name
-    raise TopicNotFound(
-        f'{recording.path} has no topic {given!r} of PointCloud2; it has '
-        f'{", ".join(every) or "none"}'
-    )

@@ -11,6 +11,7 @@ from idem_ros.calibration.urdf import joint_text, roll_pitch_yaw
 from idem_ros.core.geometry import se3
 from idem_ros.files.atomic_folder import filling
 from idem_ros.messages.transform_message import translation_and_quaternion
+from idem_ros.refinement.diagnostics import known
 from idem_ros.terminal.markdown import table
 
 YAML, URDF, PUBLISHERS, PICTURE = 'extrinsics.yaml', 'joints.urdf', 'publish.sh', 'overlay.png'
@@ -88,7 +89,7 @@ def record_of(each):
         'xyz': [_rounded(value) for value in xyz],
         'quaternion': [_rounded(value) for value in quaternion],
         'verdict': each.verdict.verdict.value,
-        'p_aligned': float(p) if p == p else None,
+        'p_aligned': known(p),
         'reason': each.verdict.reason,
         'instants': len(each.agreeing),
         'spread': spread,

@@ -10,6 +10,7 @@ from idem_ros.commands.output_names import (
     require_matplotlib,
     require_outputs,
 )
+from idem_ros.refinement.diagnostics import known
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 WITHOUT = ('motion', 'motion_reference')
@@ -191,7 +192,7 @@ def _json(args, result, clouds, size):
         'voxel_size': size,
         'parts': [list(part) for part in result.parts],
         'verdicts': [
-            {'verdict': said.verdict.value, 'p_aligned': _known(said.p_aligned)}
+            {'verdict': said.verdict.value, 'p_aligned': known(said.p_aligned)}
             | {'reason': said.reason}
             for said in result.verdicts
         ],
@@ -208,13 +209,9 @@ def _edge_record(edge, gap):
         'overlap': edge.overlap,
         'q_mean': edge.q_mean,
         'verdict': edge.verdict.value if edge.verdict else None,
-        'p_aligned': _known(edge.p_aligned),
+        'p_aligned': known(edge.p_aligned),
         'reason': edge.reason,
         'covariance': None if edge.covariance is None else edge.covariance.tolist(),
         'closure_deg': degrees,
         'closure_m': length,
     }
-
-
-def _known(number):
-    return number if number == number else None

@@ -88,3 +88,9 @@ def write_figure(stem, figure):
             figure.savefig(temporary, dpi=DPI, bbox_inches='tight', metadata=metadata)
     plt.close(figure)
     return paths
+
+
+def write_outputs(stem, header, rows, figure, page):
+    """Write stem.csv, stem.png, stem.pdf and stem.md; return their paths."""
+    written = [write_csv(f'{stem}.csv', header, rows), *write_figure(stem, figure)]
+    return [*written, write_page(f'{stem}.md', page)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import SOURCE, TARGET, canvas, title_of
-from idem_ros.experiments.experiment import write_csv, write_figure, write_page
+from idem_ros.experiments.experiment import write_outputs
 from idem_ros.experiments.maps import points_in_common
 
 HEADER = ('panel', 'cloud', 'x', 'y', 'z')
@@ -57,11 +57,7 @@ def run(figure, context):
         for point in points.tolist()
     ]
     drawn = {10: _displaced, 12: _remeshed, 17: _scene}[figure.number](*cases)
-    return [
-        write_csv(f'{stem}.csv', HEADER, rows),
-        *write_figure(stem, drawn),
-        write_page(f'{stem}.md', _page(figure, context, cases)),
-    ]
+    return write_outputs(stem, HEADER, rows, drawn, _page(figure, context, cases))
 
 
 def _displaced(case):

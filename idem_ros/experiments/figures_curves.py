@@ -9,7 +9,7 @@ from idem_ros.core.metric.displacement import q_on_grid
 from idem_ros.core.metric.region_of_interest import nearest_maximum
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import axis_label, canvas
-from idem_ros.experiments.experiment import write_csv, write_figure, write_page
+from idem_ros.experiments.experiment import write_outputs
 from idem_ros.experiments.maps import landscape_of, symmetric_range
 from idem_ros.terminal.markdown import table
 
@@ -71,11 +71,7 @@ def run(figure, context):
         (f'{offset:g}', *(f'{q:.8g}' for q in values))
         for offset, values in zip(offsets, np.array([c.q for c in curves]).T, strict=True)
     ]
-    return [
-        write_csv(f'{stem}.csv', header, rows),
-        *write_figure(stem, _drawn(figure, offsets, curves)),
-        write_page(f'{stem}.md', _page(figure, context, offsets, curves)),
-    ]
+    return write_outputs(stem, header, rows, _drawn(figure, offsets, curves), _page(figure, context, offsets, curves))
 
 
 def _reach(figure, case):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import canvas, draw_map, legend_of_marks, title_of
-from idem_ros.experiments.experiment import write_csv, write_figure, write_page
+from idem_ros.experiments.experiment import write_outputs
 from idem_ros.experiments.maps import (
     MAP_HEADER,
     landscape_of,
@@ -126,11 +126,7 @@ def run(figure, context):
     stem = context.out / f'figure{figure.number}'
     lettered = list(zip('abcdef', shown, strict=False))
     rows = [row for letter, one in lettered for row in one.rows(letter)]
-    return [
-        write_csv(f'{stem}.csv', MAP_HEADER, rows),
-        *write_figure(stem, _drawn(figure, lettered)),
-        write_page(f'{stem}.md', _page(figure, context, case, landscape, lettered)),
-    ]
+    return write_outputs(stem, MAP_HEADER, rows, _drawn(figure, lettered), _page(figure, context, case, landscape, lettered))
 
 
 def _drawn(figure, lettered):

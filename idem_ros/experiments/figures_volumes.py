@@ -22,7 +22,7 @@ from idem_ros.experiments.drawing import (
     skin_of,
     title_of,
 )
-from idem_ros.experiments.experiment import write_csv, write_figure, write_page
+from idem_ros.experiments.experiment import write_outputs
 from idem_ros.experiments.maps import landscape_of, q_map, symmetric_range
 from idem_ros.terminal.markdown import table
 
@@ -84,11 +84,7 @@ def run(figure, context):
     maps = _maps(case, landscape, context) if figure.number == 6 else []
     stem = context.out / f'figure{figure.number}'
     drawn = _whole(figure, maps, volumes) if maps else _planes_only(figure, volumes)
-    return [
-        write_csv(f'{stem}.csv', HEADER, _rows(maps, volumes)),
-        *write_figure(stem, drawn),
-        write_page(f'{stem}.md', _page(figure, context, case, along_axes, volumes)),
-    ]
+    return write_outputs(stem, HEADER, _rows(maps, volumes), drawn, _page(figure, context, case, along_axes, volumes))
 
 
 def _offsets(of, context):

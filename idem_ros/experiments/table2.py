@@ -6,7 +6,7 @@ from idem_ros.experiments import figures_maps
 from idem_ros.experiments.conditions import case_names, make_case
 from idem_ros.experiments.distances import CloudDistances, Distances
 from idem_ros.experiments.drawing import canvas
-from idem_ros.experiments.experiment import settings_of, write_csv, write_figure, write_page
+from idem_ros.experiments.experiment import settings_of, write_outputs
 from idem_ros.experiments.figures_maps import IN_ROI, WIDE, XY, Row
 from idem_ros.experiments.maps import count_in_common, landscape_of, q_map
 from idem_ros.experiments.minima import least_distances, nearest_minima
@@ -45,11 +45,7 @@ def run(context):
     """Write table 2; see `Experiment`."""
     rows = [_kept(name, context) for name in context.progress(case_names(), desc='table2')]
     stem = context.out / 'table2'
-    return [
-        write_csv(f'{stem}.csv', HEADER, [_cells(row) for row in rows]),
-        *write_figure(stem, _figure(rows)),
-        write_page(f'{stem}.md', page(context, rows, GRIDS)),
-    ]
+    return write_outputs(stem, HEADER, [_cells(row) for row in rows], _figure(rows), page(context, rows, GRIDS))
 
 
 def outcome_of(case, grids, quick=False, threads=1):

@@ -31,7 +31,7 @@ def clouds_of_files(files, read, config):
         RepeatedCloud: two files are one, or hold the same points.
         InvalidCloud: too many points that are to be registered as given.
     """
-    _refuse_same_files(files)
+    refuse_same_files(files)
     seen, clouds, fits, total = {}, [], [], 0
     size = config.voxel_size
     for file in files:
@@ -63,19 +63,33 @@ def clouds_of_files(files, read, config):
 def _cloud(read, file, seen):
     """Return the `Cloud` of a file; seen: digests of those before it, to which its is added."""
     points = read(file)
-    digest = hashlib.blake2b(points.tobytes(), digest_size=16).digest()
-    if digest in seen:
-        raise RepeatedCloud(
-            f'{file} holds the same points as {seen[digest]}: give each cloud once'
-        )
-    seen[digest] = file
+    refuse_copy(file, points, seen)
     try:
         return Cloud.for_one_call(points)
     except InvalidCloud as error:
         raise InvalidCloud(f'{file}: {error}') from error
 
 
-def _refuse_same_files(files):
+def refuse_copy(file, points, seen):
+    """Refuse points that a file before had, of {digest: file}, to which it is added.
+
+    Raises:
+        RepeatedCloud: it says which.
+    """
+    digest = hashlib.blake2b(points.tobytes(), digest_size=16).digest()
+    if digest in seen:
+        raise RepeatedCloud(
+            f'{file} holds the same points as {seen[digest]}: give each cloud once'
+        )
+    seen[digest] = file
+
+
+def refuse_same_files(files):
+    """Refuse one file under two names.
+
+    Raises:
+        RepeatedCloud: it says which.
+    """
     seen = {}
     for file in files:
         path = Path(file).resolve()

@@ -57,10 +57,10 @@ def assessment_record(said):
     return {
         'verdict': said.verdict.value,
         'verdict_reason': said.reason,
-        'p_aligned': _known(said.p_aligned),
+        'p_aligned': known(said.p_aligned),
         'free_motions': said.free,
-        'basin': _known(said.basin),
-        'swap_gap': _known(said.swap_gap),
+        'basin': known(said.basin),
+        'swap_gap': known(said.swap_gap),
         'covariance': said.covariance.tolist(),
     }
 
@@ -86,8 +86,9 @@ def is_registered(result):
     return result.converged if said is None else said.verdict is Verdict.ALIGNED
 
 
-def _known(number):
-    return float(number) if isfinite(number) else None
+def known(number):
+    """Return a number that JSON can hold: None for None, and for what is not finite."""
+    return None if number is None or not isfinite(number) else float(number)
 
 
 def level(refinement):

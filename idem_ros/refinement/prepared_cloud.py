@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from time import perf_counter_ns
 from typing import Any
 
-from idem_ros.core import Cloud, IdemError, MapCloud
+from idem_ros.core import Cloud, MapCloud
 from idem_ros.messages.pointcloud2 import PointsRead, read_points
+from idem_ros.pairing.pair import named
 from idem_ros.refinement.preprocessing import Preprocessed, preprocess
 
 
@@ -46,12 +47,11 @@ def prepared(
         IdemError: it cannot be read, or no point takes part.
     """
     watch = Stopwatch()
-    read = _named(role, lambda given: read_points(given, point_times), message)
+    read = named(role, read_points, message, point_times)
     reading_ms = watch.lap()
-    is_target = role == 'target'
-    kept = _named(role, lambda points: preprocess(points, preprocessing, is_target), read.points)
+    kept = named(role, preprocess, read.points, preprocessing, role == 'target')
     times = None if read.times.times is None else read.times.times[kept.kept]
-    cloud = _named(role, lambda points: make(points, times), kept.points)
+    cloud = named(role, make, kept.points, times)
     return PreparedCloud(read, kept, cloud, reading_ms, watch.lap())
 
 
@@ -76,11 +76,3 @@ class Stopwatch:
         """Return the time since it was made, or since the last lap [ms]."""
         before, self._since = self._since, perf_counter_ns()
         return (self._since - before) / 1e6
-
-
-def _named(role, read, given):
-    """Read one of the inputs; let its error say which it was."""
-    try:
-        return read(given)
-    except IdemError as error:
-        raise type(error)(f'{role}: {error}') from error

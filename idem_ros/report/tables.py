@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 
+from idem_ros.refinement.diagnostics import known
 from idem_ros.report.runs import MEASURES, SIGMAS, Run
 from idem_ros.results.result_file import COUNTS
 from idem_ros.terminal.printable import cell
@@ -120,7 +121,7 @@ def frames(run):
     records = [_flat(frame) for frame in run.result.frames]
     for i, record in enumerate(records):
         record['seconds'] = float(run.seconds[i])
-        record.update({name: _known(run.columns[name][i]) for name in derived})
+        record.update({name: known(run.columns[name][i]) for name in derived})
     header = tuple(dict.fromkeys(name for record in records for name in record))
     rows = [(i, *map(record.get, header)) for i, record in enumerate(records)]
     return Table(('frame', *header), rows)
@@ -137,7 +138,7 @@ def worst(run, order):
             float(run.seconds[i]),
             run.result.frames[i].get('status'),
             *(run.result.frames[i].get(name) or None for name in said),
-            *(_known(run.values(name)[i]) for name in names),
+            *(known(run.values(name)[i]) for name in names),
         )
         for i in order
     ]
@@ -161,10 +162,6 @@ def _statuses(result):
 def _percentiles(values, percents):
     known = values[np.isfinite(values)]
     return [float(np.percentile(known, percent)) if known.size else None for percent in percents]
-
-
-def _known(value):
-    return float(value) if np.isfinite(value) else None
 
 
 def _flat(frame):

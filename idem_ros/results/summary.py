@@ -8,7 +8,7 @@ import numpy as np
 
 from idem_ros.core import Status, Verdict
 from idem_ros.recording.part import LOSSES
-from idem_ros.refinement.diagnostics import assessment_record
+from idem_ros.refinement.diagnostics import assessment_record, known
 from idem_ros.refinement.motion_record import motion_record, motion_said
 from idem_ros.terminal.printable import printable
 from idem_ros.trajectory.comparison_table import report
@@ -133,13 +133,13 @@ def frame_record(frame):
         'T_guess': refinement.T_guess.tolist(),
         'status': result.status.value,
         'iterations': result.iterations,
-        'q_tot': _known(result.q_tot),
-        'q_tot_before': _known(refinement.q_tot_before),
-        'q_mean': _known(result.q_mean),
-        'overlap': _known(result.overlap),
-        'overlap_source': _known(result.overlap_source),
-        'overlap_target': _known(result.overlap_target),
-        'radius': _known(result.radius),
+        'q_tot': known(result.q_tot),
+        'q_tot_before': known(refinement.q_tot_before),
+        'q_mean': known(result.q_mean),
+        'overlap': known(result.overlap),
+        'overlap_source': known(result.overlap_source),
+        'overlap_target': known(result.overlap_target),
+        'radius': known(result.radius),
         'voxel_size': result.voxel_size,
         'time_ms': refinement.time_ms,
         'points_target': refinement.points_target,
@@ -215,11 +215,6 @@ def percentiles(values, **percents):
         name: float(np.percentile(known, percent)) if len(known) else None
         for name, percent in percents.items()
     }
-
-
-def _known(value):
-    """Return a number that JSON can hold: None for what is not finite."""
-    return None if value is None or not np.isfinite(value) else float(value)
 
 
 def _header(method, audit):
