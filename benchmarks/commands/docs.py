@@ -53,7 +53,7 @@ def _draw(folder):
     except ImportError as error:
         raise UsageError('the picture needs matplotlib: pip install ".[plot]"') from error
     from idem_ros.core import RegistrationConfig
-    from idem_ros.report.picture import draw_frame
+    from benchmarks.refinement_picture import draw_frame
 
     config = RegistrationConfig(voxel_size=VOXEL_SIZE)
     draw_frame(folder / BAG, FRAME, folder / PICTURE, config)
