@@ -94,3 +94,10 @@ def write_outputs(stem, header, rows, figure, page):
     """Write stem.csv, stem.png, stem.pdf and stem.md; return their paths."""
     written = [write_csv(f'{stem}.csv', header, rows), *write_figure(stem, figure)]
     return [*written, write_page(f'{stem}.md', page)]
+
+
+def figure_page(figure, title, note, here, *parts):
+    """Return the Markdown of a figure: what the paper shows of it, and what there is here."""
+    shown = [f'# {title}', note, f'**The paper shows.** {figure.shows}', f'**Here.** {here}']
+    shown += [part.rstrip() for part in parts]
+    return '\n\n'.join([*shown, f'![figure {figure.number}](figure{figure.number}.png)'])

@@ -6,7 +6,7 @@ import numpy as np
 
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import SOURCE, TARGET, canvas, title_of
-from idem_ros.experiments.experiment import write_outputs
+from idem_ros.experiments.experiment import figure_page, write_outputs
 from idem_ros.experiments.maps import points_in_common
 
 HEADER = ('panel', 'cloud', 'x', 'y', 'z')
@@ -127,23 +127,15 @@ def _legend(drawn, place):
 
 
 def _page(figure, context, cases):
-    lines = [
-        f'# {title_of(figure)}: the clouds',
-        '',
-        context.model.note
-        if cases[0].unit == 'mm'
-        else "The scan is simulated: the paper's is not public.",
-        '',
-        f'**The paper shows.** {figure.shows}',
-        '',
-        "**Here.** The paper's picture is not part of its source, and so not beside ours.",
-        '',
-        *(
+    of_model = cases[0].unit == 'mm'
+    return figure_page(
+        figure,
+        f'{title_of(figure)}: the clouds',
+        context.model.note if of_model else "The scan is simulated: the paper's is not public.",
+        "The paper's picture is not part of its source, and so not beside ours.",
+        '\n'.join(
             f'- {case.name}: {len(case.target)} and {len(case.source)} points; '
             f'{case.description}. {points_in_common(case)}'
             for case in cases
         ),
-        '',
-        f'![figure {figure.number}](figure{figure.number}.png)',
-    ]
-    return '\n'.join(lines)
+    )

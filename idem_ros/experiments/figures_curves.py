@@ -9,7 +9,7 @@ from idem_ros.core.metric.displacement import q_on_grid
 from idem_ros.core.metric.region_of_interest import nearest_maximum
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import axis_label, canvas
-from idem_ros.experiments.experiment import write_outputs
+from idem_ros.experiments.experiment import figure_page, write_outputs
 from idem_ros.experiments.maps import landscape_of, symmetric_range
 from idem_ros.terminal.markdown import table
 
@@ -129,23 +129,17 @@ def _page(figure, context, offsets, curves):
     best = max(curves, key=lambda curve: curve.q.max())
     at_zero = max(abs(curve.q[len(offsets) // 2]) for curve in curves)
     header = ('a', 'radius [mm]', 'highest q_tot [nat]', f'peak below [{unit}]', 'peak above')
-    lines = [
-        f'# Figure {figure.number}: q_tot along one axis, as a varies',
-        '',
+    return figure_page(
+        figure,
+        f'Figure {figure.number}: q_tot along one axis, as a varies',
         context.model.note,
-        '',
-        f'**The paper shows.** {figure.shows}',
-        '',
-        f'**Here.** The highest curve is that of a = {best.a:g}; at perfect alignment q_tot is '
+        f'The highest curve is that of a = {best.a:g}; at perfect alignment q_tot is '
         f'{at_zero:.1g} nat or less for every a. Steps of {offsets[1] - offsets[0]:g} {unit}, '
         "lengths in mm. The paper's values of a are in its picture only, which is not part of its "
         'source: ours are a choice. A peak is the nearest maximum on a side; a dash where q_tot '
         'falls nowhere after its rise.',
-        '',
         table(header, [_cells(curve, offsets) for curve in curves], left=0),
-        f'![figure {figure.number}](figure{figure.number}.png)',
-    ]
-    return '\n'.join(lines)
+    )
 
 
 def _cells(curve, offsets):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import canvas, draw_map, legend_of_marks, title_of
-from idem_ros.experiments.experiment import write_outputs
+from idem_ros.experiments.experiment import figure_page, write_outputs
 from idem_ros.experiments.maps import (
     MAP_HEADER,
     landscape_of,
@@ -145,30 +145,20 @@ def _names(case):
 def _page(figure, context, case, landscape, lettered):
     papers = [error for row in figure.rows for error in row.paper]
     header = ('panel', 'value', 'error, paper', 'error, here', 'minimum at', 'step')
-    lines = [
-        f'# {title_of(figure)}: {case.name}',
-        '',
+    cells = [_cells(letter, one, of) for (letter, one), of in zip(lettered, papers, strict=True)]
+    return figure_page(
+        figure,
+        f'{title_of(figure)}: {case.name}',
         context.model.note if case.unit == 'mm' else f'The scan is simulated: {case.description}.',
-        '',
-        f'**The paper shows.** {figure.shows}',
-        '',
-        f'**Here.** {case.description}: {len(case.target)} and {len(case.source)} points, a = 1, '
+        f'{case.description}: {len(case.target)} and {len(case.source)} points, a = 1, '
         f'radius {landscape.radius:.3g} {case.unit}, lengths in {case.unit} (q_tot is not free '
         f'of units). {points_in_common(case)} The source is moved; the error is how far the '
         "minimum lies from perfect alignment. The paper's picture is not part of its source: its "
         'numbers stand beside ours.',
-        '',
-        table(
-            header,
-            [_cells(letter, one, of) for (letter, one), of in zip(lettered, papers, strict=True)],
-            left=2,
-        ),
+        table(header, cells, left=2),
         _verdict(lettered, papers),
-        '',
         *(_of_region(letter, one) for letter, one in lettered if one.region is not None),
-        f'![figure {figure.number}](figure{figure.number}.png)',
-    ]
-    return '\n'.join(lines)
+    )
 
 
 def _cells(letter, shown, paper):

@@ -22,7 +22,7 @@ from idem_ros.experiments.drawing import (
     skin_of,
     title_of,
 )
-from idem_ros.experiments.experiment import write_outputs
+from idem_ros.experiments.experiment import figure_page, write_outputs
 from idem_ros.experiments.maps import landscape_of, q_map, symmetric_range
 from idem_ros.terminal.markdown import table
 
@@ -182,27 +182,19 @@ def _faces(volume):
 
 def _page(figure, context, case, along_axes: AxialRegion, volumes):
     header = ('axis', 'maximum below', 'above', 'q_tot there', '')
-    lines = [
-        f'# {title_of(figure)}: {case.name}',
-        '',
+    return figure_page(
+        figure,
+        f'{title_of(figure)}: {case.name}',
         context.model.note,
-        '',
-        f'**The paper shows.** {figure.shows}',
-        '',
-        f'**Here.** {case.description}: {len(case.target)} and {len(case.source)} points, a = 1, '
+        f'{case.description}: {len(case.target)} and {len(case.source)} points, a = 1, '
         'lengths in mm. The region of interest is what lies on the side of the pose of the '
         'watershed between the pose and the edge of the grid; along an axis it ends at the '
         'nearest maximum (`idem_ros.core.metric.region_of_interest`). Rotations are around the '
         "centroid of the source. The paper's picture is not part of its source.",
-        '',
-        *(_of_volume(volume) for volume in volumes),
-        '',
+        '\n'.join(map(_of_volume, volumes)),
         table(header, _axis_rows(along_axes), left=1),
         f'q_tot at perfect alignment: {along_axes.q_pose:.4g} nat.',
-        '',
-        f'![figure {figure.number}](figure{figure.number}.png)',
-    ]
-    return '\n'.join(lines)
+    )
 
 
 def _of_volume(volume):

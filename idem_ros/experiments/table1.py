@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import Cloud, q_tot, search_radius
+from idem_ros.experiments.drawing import canvas
 from idem_ros.experiments.experiment import write_csv, write_figure, write_page
 from idem_ros.terminal.markdown import table
 
@@ -120,12 +121,7 @@ def _verdict(rows):
 
 
 def _figure(rows):
-    import matplotlib as mpl
-
-    mpl.use('Agg')
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(5.0, 3.6))
+    figure, ((axes,),) = canvas(1, 1, 3.6, width=5.0)
     for label, of, style in (('here', rows, 'o-'), ('paper', PAPER, 's--')):
         axes.plot([row.sigma for row in of], [row.deviation for row in of], style, label=label)
     axes.set(xlabel='sigma of the noise [mm]', ylabel='standard deviation of q_tot [nat]')
