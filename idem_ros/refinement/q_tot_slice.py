@@ -13,6 +13,7 @@ from idem_ros.core.metric.cloud import as_cloud
 from idem_ros.core.metric.displacement import q_on_grid
 from idem_ros.core.metric.landscape import Landscape
 from idem_ros.core.metric.region_of_interest import region_on_grid
+from idem_ros.refinement.debug_clouds import points_of
 
 STEPS = 25  # along each axis
 REACH, WIDEST = 2.5, 10.0  # of the slice, in search radii: at least, at most
@@ -87,11 +88,11 @@ def slice_around(target, source, T_target_source, T_guess, radius, config, steps
         `QTotSlice`
     """
     T = T_target_source
-    target, source = (_points_of(as_cloud(each)) for each in (target, source))
+    target, source = (points_of(as_cloud(each)) for each in (target, source))
     offset = np.abs(T_guess[:2, 3] - T[:2, 3]).max()
     reach = np.clip(1.2 * offset, REACH * radius, WIDEST * radius)
     shifts = np.linspace(-reach, reach, steps)
-    near = Cloud(_near(target, source, T, reach + 4 * radius)), Cloud(source)
+    near = Cloud(within_reach(target, source, T, reach + 4 * radius)), Cloud(source)
     size = radius / 2 if config.voxel_size in (None, AUTO) else config.voxel_size
     clouds, size, radius = _reduced(near, size, radius)
     landscape = Landscape(*clouds, radius, config.length_scale, config.threads)
@@ -99,12 +100,8 @@ def slice_around(target, source, T_target_source, T_guess, radius, config, steps
     return QTotSlice(shifts, q, size, landscape.radius)
 
 
-def _points_of(cloud):
-    return cloud.points + cloud.origin
-
-
-def _near(target, source, T_target_source, margin):
-    """Return the points of the target that a shifted source may reach; all if none is."""
+def within_reach(target, source, T_target_source, margin):
+    """Return the points (N, 3) of the target that a shifted source may reach; all if none is."""
     moved = transform_points(T_target_source, source)
     low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
     inside = ((target >= low) & (target <= high)).all(axis=1)

@@ -11,8 +11,9 @@ from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.core.metric.displacement import AXES, centroid, displaced
 from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.metric.region_of_interest import nearest_maximum
-from idem_ros.refinement.debug_clouds import points_with_q
+from idem_ros.refinement.debug_clouds import points_of, points_with_q
 from idem_ros.refinement.diagnostics import assessment_values
+from idem_ros.refinement.q_tot_slice import within_reach
 from idem_ros.viewer.clouds_view import CloudsView, view_of
 
 MOST_POINTS = 100_000  # of each cloud
@@ -103,12 +104,13 @@ def _curves(clouds, T_guess, result, config):
     if not result.radius > 0.0:  # too few points: nothing was evaluated
         return
     T, size = result.T_target_source, result.voxel_size
-    near = _within_reach(*clouds, T, 2 * REACH * result.radius)
+    both = *map(points_of, clouds), T
+    near = Cloud(within_reach(*both, 2 * REACH * result.radius)), clouds[1]
     if size not in (None, AUTO):
         near = [each.reduced(size) for each in near]
     landscape = Landscape(*near, result.radius, config.length_scale, config.threads)
     pivot = centroid(landscape, T)
-    moved = transform_points(T, near[1].points + near[1].origin)
+    moved = transform_points(T, points_of(near[1]))
     spread = np.sqrt(np.mean(np.sum(usual(moved - pivot) ** 2, axis=1)))
     guess = _offset_of(T_guess, T, pivot)
     for k, axis in enumerate(AXES):
@@ -126,15 +128,6 @@ def _curves(clouds, T_guess, result, config):
         scale = 1.0 if k < 3 else np.degrees(1.0)
         shown = (scale * offset for offset in crests)
         yield Curve(axis, scale * offsets, q, float(scale * guess[k]), tuple(map(float, shown)))
-
-
-def _within_reach(target, source, T, margin):
-    """Leave out of the target what a displaced source cannot reach: a map may be large."""
-    points = target.points + target.origin
-    moved = transform_points(T, source.points + source.origin)
-    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
-    inside = ((points >= low) & (points <= high)).all(axis=1)
-    return (Cloud(points[inside]) if inside.any() else target), source
 
 
 def _offset_of(T_guess, T, pivot):
