@@ -52,8 +52,8 @@ def _draw(folder):
         import matplotlib  # noqa: F401
     except ImportError as error:
         raise UsageError('the picture needs matplotlib: pip install ".[plot]"') from error
-    from idem_ros.core import RegistrationConfig
     from benchmarks.refinement_picture import draw_frame
+    from idem_ros.core import RegistrationConfig
 
     config = RegistrationConfig(voxel_size=VOXEL_SIZE)
     draw_frame(folder / BAG, FRAME, folder / PICTURE, config)

@@ -52,7 +52,12 @@ def _run(context, name, kinds):
     own = outcomes[kinds[-1]]
     title = SHARED if kinds == ('shared',) else INDEPENDENT
     stem = context.out / name
-    return write_outputs(stem, HEADER, [row for outcome in own for row in _rows(outcome)], figure_of(own, methods_of(peers), title), _page(context, name, outcomes, starts, peers))
+    drawn, page = (
+        figure_of(own, methods_of(peers), title),
+        _page(context, name, outcomes, starts, peers),
+    )
+    rows = [row for outcome in own for row in _rows(outcome)]
+    return write_outputs(stem, HEADER, rows, drawn, page)
 
 
 def _are_there():

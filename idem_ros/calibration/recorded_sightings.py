@@ -61,9 +61,7 @@ def cloud_topics(recording, given, reference=None):
         TopicNotFound: one is not there, is of another type, or is given twice; or there is one.
     """
     every = [name for name, topic in recording.topics.items() if topic.msgtype == CLOUD]
-    topics = (
-        [find_topic(recording, CLOUD, 'sensor', each) for each in given] if given else every
-    )
+    topics = [find_topic(recording, CLOUD, 'sensor', each) for each in given] if given else every
     twice = [name for name, count in Counter(topics).items() if count > 1]
     if twice:
         raise TopicNotFound(f'{twice[0]} is given for two sensors; each has a topic of its own')

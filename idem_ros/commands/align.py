@@ -10,7 +10,6 @@ from idem_ros.commands.output_names import (
     require_matplotlib,
     require_outputs,
 )
-from idem_ros.refinement.diagnostics import known
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 WITHOUT = ('motion', 'motion_reference')
@@ -177,6 +176,8 @@ def _edge_rows(result, gaps):
 def _json(args, result, clouds, size):
     import json
 
+    from idem_ros.refinement.diagnostics import known
+
     gaps = closures(result, clouds)
     record = {
         'clouds': args.clouds,
@@ -202,6 +203,8 @@ def _json(args, result, clouds, size):
 
 
 def _edge_record(edge, gap):
+    from idem_ros.refinement.diagnostics import known
+
     degrees, length = gap or (None, None)
     return {
         'i': edge.i,

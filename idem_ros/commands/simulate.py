@@ -126,7 +126,9 @@ def _city(args):
         bounds = f'from {LEAST_BLOCKS * BLOCK:g} to {LARGEST_EXTENT:g}'
         raise UsageError(f'--extent is {extent:g}; it must be {bounds}')
     with filling(args.out) as folder:
-        points = write_city(folder, extent, args.scans, args.seed, partial(progress, unit='street'))
+        points = write_city(
+            folder, extent, args.scans, args.seed, partial(progress, unit='street')
+        )
     side = blocks_of(extent) * BLOCK
     town = f'a town of {points} points and {side:g} x {side:g} m, map'
     print(f'{args.out}: {args.scans} scans, drive.mcap, in {town}')

@@ -71,7 +71,8 @@ def run(figure, context):
         (f'{offset:g}', *(f'{q:.8g}' for q in values))
         for offset, values in zip(offsets, np.array([c.q for c in curves]).T, strict=True)
     ]
-    return write_outputs(stem, header, rows, _drawn(figure, offsets, curves), _page(figure, context, offsets, curves))
+    page = _page(figure, context, offsets, curves)
+    return write_outputs(stem, header, rows, _drawn(figure, offsets, curves), page)
 
 
 def _reach(figure, case):

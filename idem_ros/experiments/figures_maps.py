@@ -126,7 +126,8 @@ def run(figure, context):
     stem = context.out / f'figure{figure.number}'
     lettered = list(zip('abcdef', shown, strict=False))
     rows = [row for letter, one in lettered for row in one.rows(letter)]
-    return write_outputs(stem, MAP_HEADER, rows, _drawn(figure, lettered), _page(figure, context, case, landscape, lettered))
+    page = _page(figure, context, case, landscape, lettered)
+    return write_outputs(stem, MAP_HEADER, rows, _drawn(figure, lettered), page)
 
 
 def _drawn(figure, lettered):

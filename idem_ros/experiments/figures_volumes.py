@@ -84,7 +84,8 @@ def run(figure, context):
     maps = _maps(case, landscape, context) if figure.number == 6 else []
     stem = context.out / f'figure{figure.number}'
     drawn = _whole(figure, maps, volumes) if maps else _planes_only(figure, volumes)
-    return write_outputs(stem, HEADER, _rows(maps, volumes), drawn, _page(figure, context, case, along_axes, volumes))
+    page = _page(figure, context, case, along_axes, volumes)
+    return write_outputs(stem, HEADER, _rows(maps, volumes), drawn, page)
 
 
 def _offsets(of, context):

@@ -45,7 +45,8 @@ def run(context):
     """Write table 2; see `Experiment`."""
     rows = [_kept(name, context) for name in context.progress(case_names(), desc='table2')]
     stem = context.out / 'table2'
-    return write_outputs(stem, HEADER, [_cells(row) for row in rows], _figure(rows), page(context, rows, GRIDS))
+    cells, text = [_cells(row) for row in rows], page(context, rows, GRIDS)
+    return write_outputs(stem, HEADER, cells, _figure(rows), text)
 
 
 def outcome_of(case, grids, quick=False, threads=1):

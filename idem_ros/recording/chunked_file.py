@@ -1,6 +1,7 @@
 """A file of chunks: read by its index, or where that is missing or damaged, chunk after chunk."""
 
 from collections import Counter
+from typing import Any
 
 from idem_ros.recording.inflating import Damaged, TooLarge
 from idem_ros.recording.part import MAX_CHUNK, NEVER, Block, ClippedFile, Logged, in_log_order
@@ -32,6 +33,10 @@ class ChunkedFile:
     """
 
     magic, kind = b'', ''
+    _index: Any
+    _scan: Any
+    _checked: Any
+    _messages_in: Any
 
     def __init__(self, path, max_chunk=MAX_CHUNK):
         self.path, self._max_chunk = path, max_chunk

@@ -1,7 +1,9 @@
 """How far a long work is: a bar on a terminal, elsewhere nothing."""
 
+from typing import Any
 
-def progress(steps=None, total=None, desc=None, **options):
+
+def progress(steps: Any = None, total=None, desc=None, **options) -> Any:
     """Return what iterates over steps and shows how far it is, see `tqdm`; no bar stays behind."""
     from tqdm import tqdm  # late: most commands show none
 

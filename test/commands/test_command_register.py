@@ -6,8 +6,8 @@ import pytest
 from clouds import error_of, motion, surface
 from sweeps import START, TWIST, driven, points_of_sweep
 
-from idem_ros.commands.main import main
 from idem_ros.commands.inputs import CLOUD_KINDS
+from idem_ros.commands.main import main
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.files.cloud_file import READERS
 from idem_ros.files.pose_file import read_pose, write_pose
