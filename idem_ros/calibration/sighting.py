@@ -12,7 +12,7 @@ from idem_ros.calibration.lateness import motion_covariances
 from idem_ros.calibration.rig_motion import Motion, at_one_time, is_still, motion_at_time
 from idem_ros.core import IdemError
 from idem_ros.core.metric.measured_points import usual
-from idem_ros.core.trust.assessment import WIDER
+from idem_ros.core.trust.reasons import WIDER
 
 WIDEST = 30 * WIDER  # times one cloud over another: no two sensors differ so, units do
 STANDS = Motion(np.zeros(6), np.zeros((6, 6)))

@@ -19,7 +19,8 @@ from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair
 from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import Agreement, assess, out_of_time, too_little
+from idem_ros.core.trust.agreement import Agreement
+from idem_ros.core.trust.assessment import assess, out_of_time, too_little
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.prior import Guess, beyond_guess, weighed

@@ -15,7 +15,7 @@ from idem_ros.core.solve.newton import Solution, Termination
 from idem_ros.core.solve.pair import Pair
 from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import Agreement
+from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import ROS_ORDER
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict

@@ -18,8 +18,9 @@ from idem_ros.core.several.joint_result import USABLE, CloudVerdict, Edge
 from idem_ros.core.several.system import parts_of
 from idem_ros.core.solve.sweep import sweep_of
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import WIDER, Assessment, Verdict
 from idem_ros.core.trust.prior import Guess, information_of_guess
+from idem_ros.core.trust.reasons import WIDER
+from idem_ros.core.trust.verdict import Assessment, Verdict
 from idem_ros.core.trust_tuning import TrustTuning
 from idem_ros.core.tuning import SOLVER
 

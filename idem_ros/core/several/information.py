@@ -16,14 +16,9 @@ from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.several.regions import pulls_of, regions_at, stiffness_along
 from idem_ros.core.several.system import JointSystem, about_middles, moved
-from idem_ros.core.trust.covariance import (
-    FLOOR,
-    LEAST_CURVATURE,
-    LEVERAGE,
-    MOST_CURVATURE,
-    REGION,
-    STEP,
-)
+from idem_ros.core.trust.covariance import FLOOR, LEVERAGE
+from idem_ros.core.trust.curvature import LEAST_CURVATURE, MOST_CURVATURE, STEP
+from idem_ros.core.trust.regions import REGION
 from idem_ros.core.trust_tuning import TrustTuning
 
 PROBES = 5

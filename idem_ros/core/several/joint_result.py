@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from idem_ros.core.arrays import Floats, Matrix6, Transforms, Twist
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import Verdict
+from idem_ros.core.trust.verdict import Verdict
 
 USABLE = Verdict.ALIGNED, Verdict.DEGENERATE
 

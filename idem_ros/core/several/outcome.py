@@ -21,8 +21,7 @@ from idem_ros.core.several.system import parts_of
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.solve.pair import LEAST_POINTS
 from idem_ros.core.status import Status
-from idem_ros.core.trust.assessment import Verdict
-from idem_ros.core.trust.verdict import NOTHING_KNOWN
+from idem_ros.core.trust.verdict import NOTHING_KNOWN, Verdict
 from idem_ros.core.trust_tuning import TrustTuning
 from idem_ros.core.tuning import SolverTuning
 

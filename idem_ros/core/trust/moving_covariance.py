@@ -12,16 +12,10 @@ from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
 from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
-from idem_ros.core.trust.covariance import (
-    FLOOR,
-    PERIOD,
-    curved,
-    firm_and_loose,
-    linearized,
-    regions_of,
-    scatter_of,
-)
+from idem_ros.core.trust.covariance import FLOOR, firm_and_loose, scatter_of
+from idem_ros.core.trust.curvature import curved, linearized
 from idem_ros.core.trust.observability import Observability
+from idem_ros.core.trust.regions import PERIOD, regions_of
 
 BOW = 8.0  # of chord times angle: how high the bow is
 TIMES = 4  # parts of the sweep that a region's points are told apart by

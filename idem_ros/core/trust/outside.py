@@ -5,7 +5,7 @@ import numpy as np
 from idem_ros.core.arrays import Floats, Point, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.cloud import Cloud
-from idem_ros.core.trust.assessment import WIDER
+from idem_ros.core.trust.reasons import WIDER
 from idem_ros.core.trust.verdict import Assessment, Verdict
 
 

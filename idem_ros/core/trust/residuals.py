@@ -18,7 +18,7 @@ from idem_ros.core.arrays import (
 )
 from idem_ros.core.geometry import se3
 from idem_ros.core.solve.newton import newton_step
-from idem_ros.core.trust.covariance import Regions
+from idem_ros.core.trust.regions import Regions
 
 SECTORS = 32
 SEAMS = 0.0, 0.5  # of a turn: where a sweep begins: ahead of the sensor, or behind it

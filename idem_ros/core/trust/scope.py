@@ -11,7 +11,7 @@ from idem_ros.core.arrays import Points, Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.noise import isotropy
-from idem_ros.core.trust.assessment import Agreement
+from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.scale import scale_left_open
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 

@@ -8,8 +8,9 @@ from benchmarks.case import displaced
 from benchmarks.trust.sensors import depth_case
 from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register
 from idem_ros.core.geometry import se3
-from idem_ros.core.trust.covariance import by_region, covariance_of
+from idem_ros.core.trust.covariance import covariance_of
 from idem_ros.core.trust.observability import observability_of
+from idem_ros.core.trust.regions import by_region
 from idem_ros.core.trust.words import free_in_words
 
 AUDIT = RegistrationConfig(mode='audit')
