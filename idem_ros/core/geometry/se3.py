@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.arrays import (
+    Floats,
     Matrix3,
     Matrix6,
     Point,
@@ -131,21 +132,30 @@ def translation(t: Point) -> Transform:
 
 def exp(twist: Twist) -> Transform:
     """Return the (4, 4) motion of the twist (omega, v), (6,), in [rad] and [length]."""
-    return _exp(np.ascontiguousarray(twist, dtype=np.float64))
+    return exps(np.asarray(twist)[None])[0]
+
+
+def exps(twists: Floats) -> Transforms:
+    """Return the motions (K, 4, 4) of twists (K, 6), as `exp` does."""
+    return _exps(np.ascontiguousarray(twists, dtype=np.float64))
 
 
 @kernel
-def _exp(twist: Twist) -> Transform:
-    x, y, z = twist[0], twist[1], twist[2]
-    a, b, c = _series(x * x + y * y + z * z)
-    hat = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
-    result = np.eye(4)
-    for i in range(3):
-        result[i, 3] = twist[3 + i]
-        for k in range(3):
-            square = twist[i] * twist[k] - (x * x + y * y + z * z) * (i == k)  # hat @ hat
-            result[i, k] += a * hat[i][k] + b * square
-            result[i, 3] += (b * hat[i][k] + c * square) * twist[3 + k]
+def _exps(twists: Floats) -> Transforms:
+    result = np.zeros((len(twists), 4, 4))
+    for n in range(len(twists)):
+        twist, motion = twists[n], result[n]
+        x, y, z = twist[0], twist[1], twist[2]
+        a, b, c = _series(x * x + y * y + z * z)
+        hat = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+        motion[3, 3] = 1.0
+        for i in range(3):
+            motion[i, i] = 1.0
+            motion[i, 3] = twist[3 + i]
+            for k in range(3):
+                square = twist[i] * twist[k] - (x * x + y * y + z * z) * (i == k)  # hat @ hat
+                motion[i, k] += a * hat[i][k] + b * square
+                motion[i, 3] += (b * hat[i][k] + c * square) * twist[3 + k]
     return result
 
 

@@ -102,17 +102,15 @@ class Balls:
             np.diff(pairs.of_source.first)
         )
 
-    def sides(self, T_target_source: Transform, pairs: CandidatePairs | None = None) -> Sides:
+    def sides(self, T_target_source: Transform) -> Sides:
         """Return (centres, members) with the target's points as centres, and with the source's.
 
         Plain tuples, which kernels are called with faster than with named ones: centres are
         points (N, 3) and the moments of their balls in their own cloud (N, 10); members are the
         other cloud's points (M, 3), in its own frame, their weights (M, 7) or (1, 7), and the
         candidates of each centre i, member[first[i]:first[i + 1]], as the arrays first, member.
-
-        pairs: those to use; None: those near T.
         """
-        pairs = self.pairs(T_target_source) if pairs is None else pairs
+        pairs = self.pairs(T_target_source)
         if self._sides is None or pairs is not self._sides_of:
             target, source = self.target, self.source
             self._sides = (

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Integers, MomentRows
+from idem_ros.core.arrays import Floats, MomentRows, Moments
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, trace
-from idem_ros.core.jit import kernel
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.moments import covariance, row_of
 from idem_ros.core.tuning import SOLVER, SolverTuning
 
@@ -88,20 +88,13 @@ def quantile(values: Floats, share: float) -> float:
     return float(lower + (at - low) * (in_place[next_] - lower))
 
 
-@kernel
-def lines_among(own: MomentRows) -> Integers:
-    """Return 1 for each ball that holds no surface, as those of one ring of a LiDAR; else 0.
-
-    own: (N, 10) moments of the balls.
-    """
-    lines = np.ones(len(own), np.int64)
-    for i in range(len(own)):
-        if own[i, 0] < LEAST_MEMBERS:
-            continue
-        s = covariance(row_of(own, i))
-        if trace(adjugate(s)) > LEAST_SPREAD * trace(s) ** 2:
-            lines[i] = 0
-    return lines
+@inlined
+def holds_line(own: Moments) -> bool:
+    """Whether a ball of these moments holds no surface, as those of one ring of a LiDAR."""
+    if own[0] < LEAST_MEMBERS:
+        return True
+    s = covariance(own)
+    return not trace(adjugate(s)) > LEAST_SPREAD * trace(s) ** 2
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Integers, Matrix6, Transform, Twist
+from idem_ros.core.arrays import Floats, Integers, Matrix6, Transforms, Twist
 from idem_ros.core.geometry.se3 import adjoint_of, inverse_of
 from idem_ros.core.jit import inlined, kernel
 
@@ -25,20 +25,21 @@ _MATRIX = _places()
 
 
 @kernel
-def of_both(
-    here: Floats, there: Floats, T_target_source: Transform
-) -> tuple[Floats, Floats, Floats]:
+def of_both(here: Floats, there: Floats, transforms: Transforms) -> tuple[Floats, Floats, Floats]:
     """Return values (G,), gradients (G, 6) and Gauss-Newton matrices (G, 6, 6), twist (omega, v).
 
     Of the sums (blocks, G, 28) around the target's centres, for a twist on the left of
     T_target_source, and around the source's, for one on the left of its inverse: exp(xi) T has
     the inverse exp(-Ad(T)^-1 xi) T^-1.
+
+    transforms: (G, 4, 4) T_target_source of each group, or (1, 4, 4) of all.
     """
-    groups = here.shape[1]
-    back = adjoint_of(inverse_of(T_target_source))
+    groups, back = here.shape[1], np.empty((6, 6))
     values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
     pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
     for g in range(groups):
+        if g < len(transforms):
+            back = adjoint_of(inverse_of(transforms[g]))
         weight = _summed(here[:, g, VV]) + _summed(there[:, g, VV])
         if weight == 0.0:  # no ball of the group holds points of both clouds
             continue

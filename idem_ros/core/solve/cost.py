@@ -6,7 +6,6 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
 from idem_ros.core.blocks import BLOCK, in_threads, shares
-from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.block_sums import SUMS, of_both
@@ -65,13 +64,14 @@ class JointEntropy:
     def _at(
         self, T_target_source: Transform, ball_cost: BallCost
     ) -> tuple[Floats, Floats, Floats]:
-        balls, sums = self.balls, tuple(np.zeros((n, SUMS)) for n in self._blocks)
-        what = balls.sides(T_target_source), se3.both_ways(T_target_source), ball_cost
+        balls, T = self.balls, np.ascontiguousarray(T_target_source)[None]
+        sums = tuple(np.zeros((1, n, SUMS)) for n in self._blocks)
+        what = balls.sides(T_target_source), T, ball_cost
         in_threads(
             balls.workers, lambda share: linearize(*what, share, self._block, sums), self._shares
         )
-        target, source = (of_side[:, None] for of_side in sums)
-        return of_both(target, source, T_target_source)
+        target, source = (of_side[0, :, None] for of_side in sums)
+        return of_both(target, source, T)
 
 
 class NormalBalance(JointEntropy):

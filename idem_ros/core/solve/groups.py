@@ -20,6 +20,8 @@ def dealt_out(
     groups: (N,) which of count groups each centre is in, of either cloud.
     """
     parts, turns = shares(max(map(len, groups)), workers), [in_turn(g, count) for g in groups]
+    if parts == 1:
+        return [tuple(turns)]
     return [
         tuple(turn[group[turn] % parts == k] for turn, group in zip(turns, groups, strict=True))
         for k in range(parts)

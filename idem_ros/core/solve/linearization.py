@@ -17,13 +17,14 @@ from idem_ros.core.arrays import (
     Integer,
     MomentRows,
     Moments,
-    Points,
     RotationMatrix,
-    Rotations,
     Sides,
     Symmetric,
+    Transform,
+    Transforms,
     Triple,
 )
+from idem_ros.core.geometry.se3 import both_ways
 from idem_ros.core.geometry.symmetric3 import determinant, inverse, scaled, times
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
@@ -58,7 +59,7 @@ NINE: _Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 @kernel
 def linearize(
     sides: Sides,
-    motions: tuple[Rotations, Points],
+    transforms: Transforms,
     cost: BallCost,
     chosen: Sequence[Indices],
     group: Sequence[Indices],
@@ -71,57 +72,62 @@ def linearize(
 
     Args:
         sides: of `Balls.sides`; a twist moves the members.
-        motions: R (2, 3, 3) and t (2, 3) that move them: `se3.both_ways`.
+        transforms: (K, 4, 4) T_target_source, at each of which they are added up.
         cost: `BallCost`.
-        chosen: (K,) indices of centres, of the target and of the source.
+        chosen: (n,) indices of centres, of the target and of the source.
         group: (N,) which group each centre is in, likewise. The fewer times it changes along the
             chosen, the faster.
-        sums: (G, 28), one row for each group, likewise.
+        sums: (K, G, 28), of each transform and group, likewise.
     """
     balls = np.empty((ROWS, TOGETHER))
-    for s in range(2):
-        (centres, own), (points, weights, first, member) = sides[s]
-        R, t, its_group, its_sums = motions[0][s], motions[1][s], group[s], sums[s]
-        n, g = np.int64(0), np.int64(0)
-        i: int
-        for i in chosen[s]:
-            if first[i] == first[i + 1]:
-                continue
-            p = point_of(centres, i)
-            x = into_frame(p, R, t)
-            begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
-            _, m = ball_moments(x, points, weights, member, begin, end, cost.r2)
-            if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
-                continue
-            if n == TOGETHER or its_group[i] != g:
-                _add(balls, n, R, cost, its_sums[g])
-                n, g = np.int64(0), its_group[i]
-            _put(balls, n, p, own[i], m)
-            n += 1
-        _add(balls, n, R, cost, its_sums[g])
+    for at in range(len(transforms)):
+        turns, ways = both_ways(transforms[at])
+        for s in range(2):
+            (centres, own), (points, weights, first, member) = sides[s]
+            R, t, its_group, its_sums = turns[s], ways[s], group[s], sums[s][at]
+            n, g = np.int64(0), np.int64(0)
+            i: int
+            for i in chosen[s]:
+                if first[i] == first[i + 1]:
+                    continue
+                p = point_of(centres, i)
+                x = into_frame(p, R, t)
+                begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
+                _, m = ball_moments(x, points, weights, member, begin, end, cost.r2)
+                if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
+                    continue
+                if n == TOGETHER or its_group[i] != g:
+                    _add(balls, n, R, cost, its_sums[g])
+                    n, g = np.int64(0), its_group[i]
+                _put(balls, n, p, own[i], m)
+                n += 1
+            _add(balls, n, R, cost, its_sums[g])
 
 
 @kernel
 def linearize_met(
     centres: Sequence[Centres],
     met: Sequence[MomentRows],
-    motions: tuple[Rotations, Points],
+    T_target_source: Transform,
     cost: BallCost,
     chosen: Sequence[Indices],
     group: Sequence[Indices],
     sums: Sequence[Floats],
 ) -> None:
-    """Do as `linearize`, where the members across are added up already.
+    """Do as `linearize` at one transform, where the members across are added up already.
 
     Args:
         centres: of the target and of the source, as in `Balls.sides`.
         met: (N, 10) moments of the other cloud's points in each ball, in its own frame, likewise.
-        motions, cost, chosen, group, sums: as for `linearize`.
+        T_target_source: (4, 4) there.
+        cost, chosen, group: as for `linearize`.
+        sums: (G, 28), likewise.
     """
     balls = np.empty((ROWS, TOGETHER))
+    turns, _ = both_ways(T_target_source)
     for s in range(2):
         (points, own), its_met = centres[s], met[s]
-        R, its_group, its_sums = motions[0][s], group[s], sums[s]
+        R, its_group, its_sums = turns[s], group[s], sums[s]
         n, g = np.int64(0), np.int64(0)
         i: int
         for i in chosen[s]:

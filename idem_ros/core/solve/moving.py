@@ -16,7 +16,6 @@ from idem_ros.core.arrays import (
     Twists,
 )
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.candidates import SKIN, CandidatePairs
@@ -80,14 +79,12 @@ class MovingCost:
         cost, T, _ = self.at(poses)
         balls = cost.balls
         self._sort_into_bins(balls, T)
-        sums = tuple(np.zeros((1, BINS, SUMS)) for _ in range(2))
-        what = balls.sides(T), se3.both_ways(T), cost.ball_cost
+        sums = tuple(np.zeros((2, 1, BINS, SUMS)))
+        what = balls.sides(T), T[None], cost.ball_cost
         in_threads(
-            balls.workers,
-            lambda share: linearize(*what, share, self._bin, (sums[0][0], sums[1][0])),
-            self._shares,
+            balls.workers, lambda share: linearize(*what, share, self._bin, sums), self._shares
         )
-        _, gradients, matrices = of_both(sums[0], sums[1], T)
+        _, gradients, matrices = of_both(sums[0], sums[1], T[None])
         found = of_two_poses(gradients[None], matrices[None], MIDDLES)
         return Linearization(found.gradient[0], found.matrix[0])
 

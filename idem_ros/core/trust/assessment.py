@@ -17,6 +17,7 @@ from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.contrast import contrasts_along
 from idem_ros.core.trust.covariance import covariance_of, model_error_covariance
+from idem_ros.core.trust.holders import holders_of
 from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariance_in_motion
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance, to_pose
@@ -27,7 +28,7 @@ from idem_ros.core.trust.verdict import NOTHING_KNOWN, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
 from idem_ros.core.trust.words import free_in_words
 
-HOLDERS = 32  # centres of each cloud, about, that tell the contrast along a motion
+HOLDER_SAMPLE = 32  # centres of each cloud, about, that tell the contrast along a motion
 
 
 def assess(
@@ -56,11 +57,12 @@ def assess(
     total, both, told = _pull_and_covariance(pair, descent, agreement, observability)
     covariance = both[:6, :6]
     of_all, nearby = discord(balls, agreement, T)
+    first = descent.first or balls
     evidence = Evidence(
         near_discord=nearby,
         contrast=_least_contrast(balls, T, observability, agreement.q),
         overlap=agreement.overlap.most,
-        way=way_between(descent.first or balls, T, T_guess),
+        way=way_between(first, T, T_guess),
     )
     lack = lack_of(agreement, balls, observability, pair.trust)
     p = np.nan if lack else float(probability(*evidence))
@@ -68,13 +70,14 @@ def assess(
     position = T[:3, 3] - T[:3, :3] @ pair.source.origin
     more, unknown = model_error_covariance(pair.config.model_error), NOTHING_KNOWN * np.eye(6)
     verdict, reason = verdict_and_reason(p, evidence, lack, free, descent)
+    is_solved = descent.solution.termination is not Termination.NOT_STARTED
     said = Assessment(
         verdict,
         p,
         f'{reason}; {told}' if told else reason,
         free=free,
         covariance=unknown if lack else pose_covariance(covariance, position) + more,
-        basin=_basin(descent, balls, T_guess),
+        basin=gauge(first, T, T_guess, evidence.way) if is_solved else np.nan,
         sweep_covariance=sweep_covariance(both, position),
         discord=of_all,
         step=_step(observability, *total) / balls.radius,
@@ -104,8 +107,7 @@ def _pull_and_covariance(
         covariance = covariance_of(cost, T, observability, found, trust.in_common)
         held, radius = observability.held, cost.balls.radius
         told, smear = told_by_residuals(found, T, pair.source.origin, held, radius)
-        total = Linearization(found.pulls.sum(axis=0), found.stiffness.sum(axis=0))
-        return total, trust.alike_surfaces * jumps * covariance + smear, told
+        return found.total, trust.alike_surfaces * jumps * covariance + smear, told
     regions = by_region_in_motion(descent.moving, cost, T, observability)
     both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
     return of_common_twist(regions), trust.alike * jumps * both, ''
@@ -127,12 +129,10 @@ def out_of_time() -> Assessment:
 def _least_contrast(balls: Balls, T: Transform, observability: Observability, q: Floats) -> float:
     """Return the least rise of q_mean where surfaces that determine a motion move by a radius."""
     balls.workers.require_time()
-    of_each = observability.determined()
-    if not of_each:
+    if not observability.observable.any():
         return 0.0
-    motions, holders = zip(*of_each, strict=True)
     of_points = q[: len(balls.of[0])], q[len(balls.of[0]) :]
-    rises = contrasts_along(balls, T, np.stack(motions, axis=1), holders, HOLDERS, of_points)
+    rises = contrasts_along(balls, T, holders_of(observability, HOLDER_SAMPLE), of_points)
     return float(rises.min())
 
 
@@ -149,10 +149,3 @@ def _along_held(covariance: Matrix6, observability: Observability) -> Floats:
     only = observability.held @ back
     along: Floats = only @ covariance @ only.T
     return along
-
-
-def _basin(descent: Descent, balls: Balls, T_guess: Transform) -> float:
-    """Return where the guess was in the basin; nan where nothing was solved."""
-    if descent.solution.termination is Termination.NOT_STARTED:
-        return np.nan
-    return float(gauge(descent.first or balls, descent.solution.transform, T_guess))

@@ -12,7 +12,7 @@ SAMPLE = 64  # centres of each cloud, about
 # How likely a solve succeeds: logistic in the logarithm of the mean contrast, its slope and where
 # it is even; where the first stage ended, and where the last coarse one did.
 FIRST, LAST = (2.13, 0.0615), (3.96, 0.0963)
-LEAST = 0.01
+LEAST_CONTRAST = 0.01
 FARTHEST, PROBE = 5.0, 0.5  # of the radius
 
 
@@ -23,10 +23,10 @@ def confidence(balls: Balls, T_target_source: Transform, model: tuple[float, flo
     """
     mean = mean_contrast(balls, T_target_source, _units(balls, T_target_source), SAMPLE)
     slope, middle = model
-    return 1.0 / (1.0 + (middle / max(mean, LEAST)) ** slope)
+    return 1.0 / (1.0 + (middle / max(mean, LEAST_CONTRAST)) ** slope)
 
 
-def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float:
+def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform, way: float) -> float:
     """Return how far a guess was on the way from a minimum to the crown of maxima around it.
 
     0 at the minimum, 1 at the rim, more beyond. q_tot is probed along the one motion that leads
@@ -36,16 +36,14 @@ def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float
         balls: `Balls` at a coarse radius.
         T_target_source: (4, 4) the minimum, between the clouds' origins.
         T_guess: (4, 4) likewise.
+        way: `way_between` them.
     """
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
-    way = way_between(balls, T_target_source, T_guess)
     if way == 0.0:
         return 0.0
     places = np.arange(0.0, FARTHEST + PROBE, PROBE)
-    step, transforms = se3.exp(PROBE / way * twist), [T_target_source]
-    for _ in places[1:]:
-        transforms.append(step @ transforms[-1])
-    q, _ = sums_at_each(balls, np.array(transforms), SAMPLE)
+    transforms = se3.exps(places[:, None] * twist / way) @ T_target_source
+    q, _ = sums_at_each(balls, transforms, SAMPLE)
     return way / places[max(int(np.argmax(q)), 1)]
 
 

@@ -8,6 +8,7 @@ from idem_ros.core.arrays import Floats, Indices, Integers, Transform, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.entropy import sums_of_each
+from idem_ros.core.trust.holders import Holders
 
 SAMPLE = 128  # centres of each cloud, about
 
@@ -30,40 +31,28 @@ def mean_contrast(balls: Balls, T_target_source: Transform, motions: Twists, sam
 
 
 def contrasts_along(
-    balls: Balls,
-    T_target_source: Transform,
-    motions: Twists,
-    holders: Sequence[tuple[Indices, Indices]],
-    sample: int,
-    q: tuple[Floats, Floats],
+    balls: Balls, T_target_source: Transform, holders: Holders, q: tuple[Floats, Floats]
 ) -> Floats:
     """Return the lesser rise of q_mean a radius to either side, (k,), of what holds each motion.
 
     Args:
-        motions: (6, k) twists (omega, v) that move the surfaces by 1.
-        holders: of each, indices of centres of the target, and of the source, that have a
-            neighbour in the other cloud and hold the motion.
+        balls: `Balls` of the clouds.
+        T_target_source: (4, 4) pose, between the clouds' origins.
+        holders: the `Holders` of k motions, which have a neighbour in the other cloud.
         q: (N,) q_i of the target's points at the pose, and (M,) of the source's.
     """
-    _, *places = _around(T_target_source, balls.radius * motions)
-    here, beside, count = (
-        np.zeros(len(holders)),
-        np.zeros((len(holders), 2)),
-        np.zeros(len(holders)),
-    )
-    some = [
-        [_sampled(of_side, sample) for of_side in sides] for sides in zip(*holders, strict=True)
-    ]
-    chosen = [np.concatenate(each) for each in some]
-    which = [np.repeat(np.arange(len(each)), [*map(len, each)]) for each in some]
-    found = balls.differences(np.array(places), chosen, [2 * each for each in which])
-    for of_all, cloud, those, of_motion, (rise, _) in zip(
-        q, balls.clouds, chosen, which, found, strict=True
+    k = holders.motions.shape[1]
+    places = _around(T_target_source, balls.radius * holders.motions)[1:]
+    here, beside, count = np.zeros(k), np.zeros((k, 2)), np.zeros(k)
+    of_two = [2 * each for each in holders.motion]
+    found = balls.differences(places, holders.centres, of_two)
+    for of_all, cloud, centres, motion, (there, _) in zip(
+        q, balls.clouds, holders.centres, holders.motion, found, strict=True
     ):
-        here += np.bincount(of_motion, of_all[cloud.order[those]], len(holders))
-        count += np.bincount(of_motion, minlength=len(holders))
-        for k in range(2):
-            beside[:, k] += np.bincount(of_motion, rise[:, k], len(holders))
+        here += np.bincount(motion, of_all[cloud.order[centres]], k)
+        count += np.bincount(motion, minlength=k)
+        for side in range(2):
+            beside[:, side] += np.bincount(motion, there[:, side], k)
     return (beside.min(axis=1) - here) / np.maximum(count, 1.0)
 
 
@@ -90,10 +79,8 @@ def _sums_in_reach(
 
 def _around(T: Transform, motions: Twists) -> Transforms:
     """Return (2 k + 1, 4, 4): a pose, and those after each of (6, k) motions, forth and back."""
-    places = [T]
-    for motion in motions.T:
-        places += [se3.exp(motion) @ T, se3.exp(-motion) @ T]
-    return np.array(places)
+    ways = np.stack([motions.T, -motions.T], axis=1).reshape(-1, 6)
+    return np.concatenate([T[None], se3.exps(ways) @ T])
 
 
 def _sampled(some: Indices, sample: int) -> Indices:

@@ -10,7 +10,7 @@ from idem_ros.core.arrays import Floats, Matrix6, Transform, Twists
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
-from idem_ros.core.trust.curvature import curved
+from idem_ros.core.trust.curvature import stiff_and_curved
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.regions import Regions
 
@@ -36,10 +36,10 @@ def covariance_of(
         regions: `by_region` there.
         in_common: as in `TrustTuning`.
     """
-    matrix = regions.stiffness.sum(axis=0)
+    matrix = regions.total.matrix
     held, free = firm_and_loose(observability.held, matrix)
     free = np.concatenate([observability.free, free], axis=1)
-    firm, roots = curved(cost, T_target_source, held, observability)
+    firm, roots = stiff_and_curved(cost, T_target_source, held, observability)
     wider = _widening(held, regions.ruled, in_common) @ matrix
     scatter = wider @ scatter_of(regions.pulls, regions.stiffness, firm, roots) @ wider.T
     units = observability.held
@@ -72,7 +72,7 @@ def model_error_covariance(error: tuple[float, ...]) -> Matrix6:
 def scatter_of(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:
     """Return the jackknife's (n, n): the sum over regions of how far the rest would move."""
     n = firm.shape[1]
-    shares, along = (firm.T @ stiffness @ firm).reshape(-1, n * n), pulls @ roots
+    shares, along = (firm.T @ stiffness @ firm).reshape(len(pulls), n * n), pulls @ roots
     return roots @ _jackknifed(shares, along) @ roots.T
 
 

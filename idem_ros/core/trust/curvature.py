@@ -1,14 +1,12 @@
 """The cost's own curvature at a pose, which its matrix, a majoriser's, exceeds."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.core.arrays import Floats, Indices, Integers, Matrix6, Transform, Twists
+from idem_ros.core.arrays import Floats, Matrix6, Transform, Twists
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.candidates import CandidatePairs
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.solve.linearization import linearize
@@ -20,7 +18,7 @@ STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyo
 LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
 
 
-def curved(
+def stiff_and_curved(
     cost: JointEntropy, T_target_source: Transform, held: Twists, observability: Observability
 ) -> tuple[Twists, Twists]:
     """Return motions (6, k) in which the whole stiffness is the identity, and the curvature is.
@@ -39,18 +37,9 @@ def _curvature(
 
     The majoriser is wider than the cost: by how much, a sample of the centres tells.
     """
-    balls = cost.balls
     moved: Floats = np.linalg.norm(np.linalg.solve(observability.units, held), axis=0)
-    steps = STEP * balls.radius / moved
-    pairs = balls.pairs(T)
-    sizes = [len(cloud.order) for cloud in balls.clouds]
-    stride = max(min(sizes) // SAMPLE, 1)
-    some = tuple(np.arange(0, size, stride) for size in sizes)
-    nobody = tuple(np.zeros(size, np.int64) for size in sizes)
-    places = [T, *(se3.exp(move) @ T for move in (steps * held).T)]
-    found = [linearized(cost, at, some, nobody, 1, pairs) for at in places]
-    pulls = np.concatenate([pull for pull, _ in found])
-    stiffness: Matrix6 = found[0][1][0]
+    steps = STEP * cost.balls.radius / moved
+    pulls, stiffness = _sampled(cost, T, (steps * held).T)
     change: Floats = (pulls[1:] - pulls[:1]) / steps[:, None]
     sampled = held.T @ stiffness @ held
     firmness = np.linalg.eigvalsh(sampled)
@@ -64,22 +53,19 @@ def _symmetric(matrix: NDArray[np.floating[Any]]) -> Floats:
     return (matrix + matrix.T) / 2
 
 
-def linearized(
-    cost: JointEntropy,
-    T: Transform,
-    chosen: Sequence[Indices],
-    regions: Sequence[Integers],
-    count: int,
-    pairs: CandidatePairs | None = None,
-) -> tuple[Floats, Floats]:
-    """Return gradients (G, 6) and Gauss-Newton matrices (G, 6, 6) of G regions of centres.
+def _sampled(cost: JointEntropy, T: Transform, moves: Floats) -> tuple[Floats, Matrix6]:
+    """Return the gradients (k + 1, 6) at a pose and after each of moves (k, 6), the matrix there.
 
-    chosen: indices of the target's centres, and of the source's; regions: which one each is in.
+    Of a sample of the centres, with the pairs of the pose.
     """
-    sums = tuple(np.zeros((2, count, SUMS)))
-    sides = cost.balls.sides(T, pairs)
+    balls, places = cost.balls, np.concatenate([T[None], se3.exps(moves) @ T])
+    sizes = [len(cloud.order) for cloud in balls.clouds]
+    stride = max(min(sizes) // SAMPLE, 1)
     # tuples: of lists the kernel would be compiled once more
-    some = tuple(chosen), tuple(regions)
-    linearize(sides, se3.both_ways(T), cost.ball_cost, *some, sums)
-    _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
-    return pulls, stiffness
+    some = tuple(np.arange(0, size, stride) for size in sizes)
+    one_group = tuple(np.zeros(size, np.int64) for size in sizes)
+    sums = tuple(np.zeros((2, len(places), 1, SUMS)))
+    linearize(balls.sides(T), places, cost.ball_cost, some, one_group, sums)
+    here, there = (of_side.reshape(1, -1, SUMS) for of_side in sums)
+    _, pulls, stiffness = of_both(here, there, places)
+    return pulls, stiffness[0]

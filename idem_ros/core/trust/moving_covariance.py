@@ -8,17 +8,20 @@ import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform
 from idem_ros.core.geometry import se3
+from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
+from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
 from idem_ros.core.trust.covariance import FLOOR, firm_and_loose, scatter_of
-from idem_ros.core.trust.curvature import curved, linearized
+from idem_ros.core.trust.curvature import stiff_and_curved
 from idem_ros.core.trust.observability import Observability
-from idem_ros.core.trust.regions import PERIOD, regions_of
+from idem_ros.core.trust.regions import groups_of
 
 BOW = 8.0  # of chord times angle: how high the bow is
 TIMES = 4  # parts of the sweep that a region's points are told apart by
+PERIOD = 8  # regions along each axis, after which they repeat
 
 
 def by_region_in_motion(
@@ -32,15 +35,14 @@ def by_region_in_motion(
         T: (4, 4) the pose at the reference, between the clouds' origins.
         observability: there.
     """
-    groups = [
-        TIMES * region + time
-        for region, time in zip(
-            regions_of(cost, T, observability), moving.times_of_centres(T, TIMES), strict=True
-        )
-    ]
-    count = TIMES * PERIOD**3
-    turns = [in_turn(group, count) for group in groups]
-    pulls, stiffness = linearized(cost, T, turns, groups, count)
+    of_kinds, places = groups_of(cost.balls, T, observability, PERIOD)
+    times = moving.times_of_centres(T, TIMES)
+    groups = tuple(TIMES * (g // 2) + time for g, time in zip(of_kinds, times, strict=True))
+    count = TIMES * len(places)
+    turns = tuple(in_turn(group, count) for group in groups)
+    sums = tuple(np.zeros((2, 1, count, SUMS)))
+    linearize(cost.balls.sides(T), T[None], cost.ball_cost, turns, groups, sums)
+    _, pulls, stiffness = of_both(sums[0], sums[1], T[None])
     pulls, stiffness = pulls.reshape(-1, TIMES, 6), stiffness.reshape(-1, TIMES, 6, 6)
     some = stiffness[:, :, 3, 3].any(axis=1)
     middles = (np.arange(TIMES) + 0.5) / TIMES
@@ -105,7 +107,7 @@ def _of_two_poses(
 ) -> Floats:
     """Return the (12, 12) covariance of twists (omega, v) on the left of the two poses."""
     of_one, _ = firm_and_loose(observability.held, of_common_twist(regions).matrix)
-    firm, roots = curved(cost, T, of_one, observability)
+    firm, roots = stiff_and_curved(cost, T, of_one, observability)
     softer = of_each_pose(roots @ np.linalg.pinv(firm))
     units = of_each_pose(observability.held)
     held, loose = firm_and_loose(units, regions.matrix.sum(axis=0))

@@ -25,7 +25,6 @@ from idem_ros.core.arrays import (
     Point,
     Points,
     Transform,
-    Twist,
     Twists,
 )
 from idem_ros.core.geometry import se3
@@ -44,11 +43,9 @@ LEAST_STRENGTH = 0.005
 LEAST_HELD = 0.0014
 FIRM = 0.03  # by a sample: below, all balls are asked, and wider ones
 CHANCE = 3.0  # standard errors
-NORMALS = 2.0  # variances of a normal
+NORMAL_VARIANCES = 2.0  # of strength: noise of a normal leaves as much
 EXACT = 1e4  # variances of a normal: what is known as well as that is told from any pattern
 MOST_TURN = 0.5  # of a unit motion's square: more is a turn
-HOLDING = 0.5  # of what a motion moves a surface along its normal at most: such determine it
-FEW = 16  # balls that alone do not tell what determines a motion
 ROUNDING = 1e-9  # what exact surfaces, or no surface at all, leave of the strength of others
 LEAST_BALLS = 100  # fewer may happen to lie in one plane
 SAMPLE = 1024  # centres of each cloud, about
@@ -104,25 +101,6 @@ class Observability(NamedTuple):
         """Return which motion moves all along a direction, (3,), the most."""
         moves = np.linalg.solve(self.units, self.motions)[3:]
         return int(np.argmax(np.abs(direction @ moves)))
-
-    def determined(self) -> list[tuple[Twist, tuple[Indices, Indices]]]:
-        """Return each motion held, (6,), such that it moves a surface by 1 along its normal.
-
-        That which it moves most, but for a few: a ball on an edge may have any normal, and a
-        distant one a long arm. And which centres, of the target and of the source, it moves by
-        more than half of that: those that determine it.
-        """
-        of_target, of_source = self.centres
-        along = np.abs(self.along[:, self.observable])
-        few = min(FEW, len(along))
-        most = np.partition(along, -few, axis=0)[-few] if few else np.zeros(along.shape[1])
-        those = (along > HOLDING * most) & (most > 0.0)
-        here, there = those[: len(of_target)].T, those[len(of_target) :].T
-        scaled = self.held / np.where(most > 0.0, most, 1.0)
-        return [
-            (motion, (of_target[a], of_source[b]))
-            for motion, a, b in zip(scaled.T, here, there, strict=True)
-        ]
 
 
 def observability_of(
@@ -186,7 +164,7 @@ def _observable(
     """Return which motions are held; turning (6,): how much of each is a turn, 0 to 1."""
     if 0 < balls < LEAST_BALLS:
         return np.ones(6, bool)
-    by_chance = np.maximum(CHANCE * error, max(NORMALS * noise, ROUNDING))
+    by_chance = np.maximum(CHANCE * error, max(NORMAL_VARIANCES * noise, ROUNDING))
     too_loose = strength + CHANCE * error < LEAST_STRENGTH
     by_pattern = (strength < min(LEAST_HELD, EXACT * noise)) & (turning < MOST_TURN)
     return ~(((strength < by_chance) & too_loose) | by_pattern)

@@ -20,7 +20,7 @@ from idem_ros.core.trust.verdict import Assessment, Verdict
 
 # Squared Mahalanobis distance of six numbers, which one right guess in 25 000 exceeds: such a one
 # is not as near as it says, as a constant covariance of odometry often is not.
-FARTHEST = 30.0
+FARTHEST_SQUARED = 30.0
 SYMMETRIC = 1e-6  # of the largest variance
 ORDER = 'x y z rx ry rz'
 
@@ -104,7 +104,7 @@ def weighed(
     posterior = np.asarray(np.linalg.inv(both), np.float64)
     shift: Floats = posterior @ information @ off
     squared = float(off @ information @ (off - shift))  # off^T (both covariances)^-1 off
-    if squared > FARTHEST:
+    if squared > FARTHEST_SQUARED:
         return Weighed(T, covariance, float(np.sqrt(squared)), is_believed=False)
     T_weighed = se3.exp(np.asarray(np.linalg.solve(moved, shift), np.float64)) @ T
     return Weighed(T_weighed, posterior, float(np.sqrt(max(squared, 0.0))), is_believed=True)
@@ -121,5 +121,5 @@ def beyond_guess(said: Assessment, distance: float) -> Assessment:
     far = f'it is {distance:.2g} deviations from the guess'
     if said.way <= 1.0:
         return replace(said, reason=f'{said.reason}; {far}, which is not weighed')
-    p = said.p_aligned * exp((FARTHEST - distance**2) / 2.0)
+    p = said.p_aligned * exp((FARTHEST_SQUARED - distance**2) / 2.0)
     return replace(said, verdict=Verdict.MISALIGNED, p_aligned=p, reason=far)

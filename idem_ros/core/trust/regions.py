@@ -9,21 +9,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Integers, Matrix6, MomentRows, Points, Transform
+from idem_ros.core.arrays import (
+    Centres,
+    Floats,
+    Integers,
+    Matrix6,
+    MomentRows,
+    Points,
+    Transform,
+)
 from idem_ros.core.blocks import in_threads
-from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
-from idem_ros.core.metric.noise import lines_among
+from idem_ros.core.metric.balls import Balls
+from idem_ros.core.metric.moments import point_of, row_of
+from idem_ros.core.metric.noise import holds_line
 from idem_ros.core.solve.block_sums import SUMS, of_both
-from idem_ros.core.solve.cost import JointEntropy
+from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import dealt_out
 from idem_ros.core.solve.linearization import linearize_met
 from idem_ros.core.trust.observability import Observability
 
 # Edge of the cubes that err together: of the lever arm, and of the radius at least.
 REGION, LEAST_REGION = 0.27, 3.0
-PERIOD = 8  # regions along each axis, after which they repeat: a power of two
-WHOLE = 16  # likewise, so many that hardly any scene has more
+WHOLE = 16  # regions along each axis, before they repeat: a power of two, more than most scenes
 
 
 class Regions(NamedTuple):
@@ -33,6 +41,7 @@ class Regions(NamedTuple):
     stiffness: Floats  # (G, 6, 6): Gauss-Newton matrices
     places: Points  # (G, 3): the mean of the centres, in the frame at the target's origin
     ruled: Matrix6  # (6, 6): what of all stiffness balls have that hold a line
+    total: Linearization  # of them all
 
 
 def by_region(
@@ -45,73 +54,78 @@ def by_region(
 
     met: moments of the two clouds' `Meeting` there.
     """
-    target, source = (cloud.grid.points for cloud in cost.balls.clouds)
-    T = np.ascontiguousarray(T_target_source)
-    here, there = regions_of(cost, T, observability, WHOLE)
-    number = np.zeros(WHOLE**3, np.int64)
-    number[here] = number[there] = 1
-    some = np.flatnonzero(number)
-    number[some] = np.arange(len(some))
-    here, there = number[here], number[there]
-    centres = tuple((cloud.grid.points, cloud.own) for cloud in cost.balls.clouds)
-    groups = tuple(
-        2 * region + lines_among(own)
-        for region, (_, own) in zip((here, there), centres, strict=True)
-    )
-    count, motions = 2 * len(some), se3.both_ways(T)
-    sums = tuple(np.zeros((2, count, SUMS)))
-    what, workers = (centres, tuple(met), motions, cost.ball_cost), cost.balls.workers
+    balls, T = cost.balls, np.ascontiguousarray(T_target_source)
+    groups, places = groups_of(balls, T, observability, WHOLE)
+    count = 2 * len(places)
+    sums = np.zeros((2, count, SUMS))
+    centres = tuple((cloud.grid.points, cloud.own) for cloud in balls.clouds)
+    what, of_sides = (centres, tuple(met), T, cost.ball_cost), tuple(sums)
     in_threads(
-        workers,
-        lambda share: linearize_met(*what, share, groups, sums),
-        dealt_out(groups, count, workers),
+        balls.workers,
+        lambda share: linearize_met(*what, share, groups, of_sides),
+        dealt_out(groups, count, balls.workers),
     )
-    _, pulls, stiffness = of_both(sums[0][None], sums[1][None], T)
-    middles = _middles((target, source), (here, there), T, len(some))
-    pulls, stiffness = pulls.reshape(-1, 2, 6), stiffness.reshape(-1, 2, 6, 6)
-    ruled = stiffness[:, 1].sum(axis=0)
-    return Regions(pulls.sum(axis=1), stiffness.sum(axis=1), middles, ruled)
+    by_kind = sums.reshape(2, -1, 2, SUMS)
+    surfaces, lines = by_kind.sum(axis=1, keepdims=True).transpose(2, 0, 1, 3)
+    here, there = np.concatenate([by_kind.sum(axis=2), lines, surfaces + lines], axis=1)
+    _, pulls, stiffness = of_both(here[None], there[None], T[None])
+    total = Linearization(pulls[-1], stiffness[-1])
+    return Regions(pulls[:-2], stiffness[:-2], places, stiffness[-2], total)
 
 
-def regions_of(
-    cost: JointEntropy, T: Transform, observability: Observability, period: int = PERIOD
-) -> tuple[Integers, Integers]:
-    """Return which region each of the target's centres is in, and each of the source's."""
-    balls = cost.balls
+def groups_of(
+    balls: Balls, T_target_source: Transform, observability: Observability, period: int
+) -> tuple[tuple[Integers, Integers], Points]:
+    """Return which group each of the target's centres is in, and each of the source's.
+
+    Twice the number of its region, 0 to G - 1, and one more where its ball holds a line.
+
+    Args:
+        balls: `Balls` whose centres they are.
+        T_target_source: (4, 4) where regions are looked at.
+        observability: there, whose lever arm tells how wide they are.
+        period: regions along each axis, after which they repeat: a power of two.
+
+    Returns:
+        The groups; and the mean (G, 3) of each region's centres, in the target's frame.
+    """
     edge = max(REGION * observability.lever_arm, LEAST_REGION * balls.radius)
-    here = _region_of(balls.target.grid.points, np.eye(4), edge, period)
-    there = _region_of(balls.source.grid.points, np.ascontiguousarray(T), edge, period)
-    return here, there
+    target, source = balls.clouds
+    clouds = (target.grid.points, target.own), (source.grid.points, source.own)
+    here, there, places = _grouped(clouds, T_target_source, edge, period)
+    return (here, there), places
 
 
 @kernel
-def _region_of(points: Points, T: Transform, edge: float, period: int) -> Integers:
-    region, of_edge = np.empty(points.shape[0], np.int64), 1.0 / edge
-    for i in range(points.shape[0]):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        number = 0
-        for axis in range(2, -1, -1):
-            place = T[axis, 0] * x + T[axis, 1] * y + T[axis, 2] * z + T[axis, 3]
-            number = period * number + (np.int64(np.floor(place * of_edge)) & (period - 1))
-        region[i] = number
-    return region
-
-
-@kernel
-def _middles(
-    clouds: tuple[Points, Points], regions: tuple[Integers, Integers], T: Transform, count: int
-) -> Points:
-    """Return the mean (count, 3) of the points of target and source in each region."""
-    sums, number = np.zeros((count, 3)), np.zeros(count)
+def _grouped(
+    clouds: tuple[Centres, Centres], T: Transform, edge: float, period: int
+) -> tuple[Integers, Integers, Points]:
+    most, of_edge, place = period**3, 1.0 / edge, np.empty(3)
+    sums, count, number = np.zeros((most, 3)), np.zeros(most), np.empty(most, np.int64)
+    groups = np.empty(len(clouds[0][0]), np.int64), np.empty(len(clouds[1][0]), np.int64)
     for s in range(2):
-        points, region = clouds[s], regions[s]
-        for i in range(points.shape[0]):
-            g = region[i]
-            number[g] += 1.0
-            for k in range(3):
-                if s == 0:
-                    sums[g, k] += points[i, k]
-                else:
-                    x, y, z = points[i, 0], points[i, 1], points[i, 2]
-                    sums[g, k] += T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
-    return sums / number.reshape(-1, 1)
+        (points, own), group = clouds[s], groups[s]
+        to_target = np.eye(4) if s == 0 else T
+        for i in range(len(points)):
+            x, y, z = point_of(points, i)
+            region = 0
+            for axis in range(2, -1, -1):
+                row = to_target[axis]
+                place[axis] = row[0] * x + row[1] * y + row[2] * z + row[3]
+                cell = np.int64(np.floor(place[axis] * of_edge))
+                region = period * region + (cell & (period - 1))
+            count[region] += 1.0
+            for axis in range(3):
+                sums[region, axis] += place[axis]
+            group[i] = 2 * region + holds_line(row_of(own, i))
+    n = 0
+    for region in range(most):  # those of some centre alone, in a row
+        number[region] = n
+        if count[region] > 0.0:
+            for axis in range(3):
+                sums[n, axis] = sums[region, axis] / count[region]
+            n += 1
+    for group in groups:
+        for i in range(len(group)):
+            group[i] = 2 * number[group[i] // 2] + group[i] % 2
+    return groups[0], groups[1], sums[:n].copy()

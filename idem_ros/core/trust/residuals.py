@@ -56,27 +56,32 @@ def told_by_residuals(
     if held.shape[1] == 0:
         return '', np.zeros((6, 6))
     regions = regions._replace(places=regions.places - se3.transform_points(T, -origin))
+    weight = np.einsum('gii->g', regions.stiffness[:, 3:, 3:])
     # what grows may seem to turn, too, what turns hardly grows
-    if _grow(regions, held, radius):
+    if _is_growing(regions, weight, held, radius):
         return GROWING, np.zeros((6, 6))
-    half = SHORT / 2 * _turned(regions, T[:3, :3], held, radius)
+    half = SHORT / 2 * _turning(regions, weight, T[:3, :3], held, radius)
     return TURNING if half.any() else '', np.outer(half, half)
 
 
-def _turned(regions: Regions, R: RotationMatrix, held: Twists, radius: float) -> Twist:
-    """Return by which motion residuals turn with azimuth, wherever a sweep begins; zeros: none."""
+def _turning(
+    regions: Regions, weight: Floats, R: RotationMatrix, held: Twists, radius: float
+) -> Twist:
+    """Return by which motion residuals turn with azimuth, wherever a sweep begins; zeros: none.
+
+    weight: (G,) how firmly regions hold against a translation.
+    """
     x, y, _ = (regions.places @ R).T
     turn = np.arctan2(y, x) / (2.0 * np.pi) % 1.0
-    firm = regions.stiffness[:, 3:, 3:].trace(axis1=1, axis2=2)
-    firm = np.bincount((turn * SECTORS).astype(np.int64) % SECTORS, firm, SECTORS)
+    firm = np.bincount((turn * SECTORS).astype(np.int64) % SECTORS, weight, SECTORS)
     if (firm > A_LITTLE * firm.mean()).sum() < ALL_AROUND:
         return np.zeros(6)
-    found = [_apart(regions, (turn + seam) % 1.0 - 0.5, held, radius) for seam in SEAMS]
+    found = [_between_ends(regions, (turn + seam) % 1.0 - 0.5, held, radius) for seam in SEAMS]
     most: Twist = held @ max(found, key=lambda motion: float(motion @ motion))
     return most
 
 
-def _apart(regions: Regions, time: Floats, held: Twists, radius: float) -> Floats:
+def _between_ends(regions: Regions, time: Floats, held: Twists, radius: float) -> Floats:
     """Return (k,) from Newton's pose at the sweep's begin to that at its end; zeros: not surely.
 
     The deviations are by what the regions still pull at the two.
@@ -98,32 +103,34 @@ def _apart(regions: Regions, time: Floats, held: Twists, radius: float) -> Float
         return np.zeros_like(apart)
     inverse = np.asarray(np.linalg.pinv(matrix, hermitian=True), np.float64)
     moved = share.T @ step.reshape(2, k) @ held.T
-    left = regions.pulls + (regions.stiffness @ moved[:, :, None])[:, :, 0]
+    left: Floats = regions.pulls + np.einsum('gij,gj->gi', regions.stiffness, moved)
     each = (share.T[:, :, None] * (left @ held)[:, None]).reshape(len(time), -1) @ inverse
     spread = (each.T @ each)[k:, k:]
     is_sure = apart @ np.linalg.pinv(spread, hermitian=True) @ apart >= k * squares
     return apart if is_sure else np.zeros_like(apart)
 
 
-def _grow(regions: Regions, held: Twists, radius: float) -> bool:
+def _is_growing(regions: Regions, weight: Floats, held: Twists, radius: float) -> bool:
     """Whether residuals surely grow with range, as no motion of the whole undoes.
 
     A region is moved as one, outwards by a share of its range. The deviation is by what the
     regions still pull.
+
+    weight: (G,) how firmly they hold against a translation.
     """
-    (pulls, stiffness, places, _), (motion, squares) = regions, LEAST_GROWING
-    grown = (stiffness[:, :, 3:] @ places[:, :, None])[:, :, 0]
-    of_all = held.T @ stiffness.sum(axis=0) @ held
+    pulls, stiffness, places, (motion, squares) = *regions[:3], LEAST_GROWING
+    grown: Floats = np.einsum('gij,gj->gi', stiffness[:, :, 3:], places)
+    of_all = held.T @ regions.total.matrix @ held
     undone, _ = newton_step(of_all, held.T @ grown.sum(axis=0))
-    alone: Floats = held @ undone * np.ones((len(places), 1))
+    alone: Floats = np.tile(held @ undone, (len(places), 1))
     alone[:, 3:] += places
     firm = float((alone * grown).sum())
     if firm <= 0.0:
         return False
     scale = -float((alone * pulls).sum()) / firm
-    weight = stiffness[:, 3:, 3:].trace(axis1=1, axis2=2)
     reach = np.sqrt(weight @ (places**2).sum(axis=1) / weight.sum())
     if abs(scale) * reach < motion * radius:
         return False
-    left = pulls + scale * (stiffness @ alone[:, :, None])[:, :, 0]
-    return bool((scale * firm) ** 2 >= squares * ((alone * left).sum(axis=1) ** 2).sum())
+    left: Floats = pulls + scale * np.einsum('gij,gj->gi', stiffness, alone)
+    pulled: Floats = np.einsum('gi,gi->g', alone, left)
+    return (scale * firm) ** 2 >= squares * float(pulled @ pulled)

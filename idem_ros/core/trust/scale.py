@@ -11,15 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Mask, MomentRows, Points, Transform
+from idem_ros.core.arrays import Floats, Mask, Points, Transform
 from idem_ros.core.geometry import se3
-from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
-from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.metric.measured_points import usual
-from idem_ros.core.metric.moments import covariance, row_of
 from idem_ros.core.metric.overlap import Overlap
+from idem_ros.core.trust.surfaces import own_surfaces
 
 LEAST_MET = 0.55  # right results of scans from two sides have 0.45 and more
 # Of a scan in a map: the map has more within its extent than the scan can see, but where so much
@@ -29,7 +27,6 @@ LEAST_IN_MAP = 0.7
 # results with as little met have 0.40 and more, walls on walls at a wrong scale up to 0.29.
 LEAST_GROWTH = 0.34
 UPPER = 0.75  # quartile: of balls on edges the normals are anything
-LEAST_MEMBERS = 5.0
 FLAT = 4.0  # least second variance of a surface over its first
 SAMPLE = 2000  # balls of each cloud, about
 
@@ -84,9 +81,9 @@ def _growth(
     for (side, T), p, met in zip(sides, points, meets, strict=True):
         balls = np.flatnonzero(met)
         balls = balls[:: max(len(balls) // SAMPLE, 1)]
-        n, is_surface = _normals(side.own[balls])
-        some.append(p[balls][is_surface])
-        of_some.append(n[is_surface] @ T[:3, :3].T)
+        _, n, which = own_surfaces(side, (FLAT, 0.0), balls)
+        some.append(p[which])
+        of_some.append(n @ T[:3, :3].T)
     x, normals = np.vstack(some), np.vstack(of_some)
     if len(x) == 0:
         return 1.0
@@ -98,18 +95,3 @@ def _growth(
     moved: Floats = np.c_[np.cross(x, normals) / arm, normals]
     best, *_ = np.linalg.lstsq(moved, grown, rcond=None)
     return float(np.quantile(np.abs(grown - moved @ best), UPPER))
-
-
-@kernel
-def _normals(own: MomentRows) -> tuple[Points, Mask]:
-    """Return (N, 3) normals of balls of (N, 10) moments, and which hold a surface."""
-    normals, is_surface = np.zeros((own.shape[0], 3)), np.zeros(own.shape[0], np.bool_)
-    for i in range(own.shape[0]):
-        if own[i, 0] < LEAST_MEMBERS:
-            continue
-        s = covariance(row_of(own, i))
-        det, minors = determinant(s), trace(adjugate(s))
-        if minors > 0.0 and FLAT * det * trace(s) < minors * minors:
-            normals[i, 0], normals[i, 1], normals[i, 2] = thinnest_axis(s)
-            is_surface[i] = True
-    return normals, is_surface

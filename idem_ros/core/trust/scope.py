@@ -20,8 +20,8 @@ COARSE = (
     0.25  # of the radius: a room's error grows tenfold from there on, and p says nothing of it
 )
 # Real scans and simulated ones have 0.00 to 0.27, points at random in a volume 0.85 to 0.95.
-VOLUME = 0.6
-STEP = 2.0**-23  # of a number: the coarsest that float32 rounds it to
+MOST_ISOTROPY = 0.6
+FLOAT32_STEP = 2.0**-23  # of a number: the coarsest that float32 rounds it to
 SAMPLE = 1000  # points, about
 
 
@@ -35,7 +35,7 @@ def out_of_scope(target: Cloud, source: Cloud, radius: float) -> str:
     if all(_is_flat(cloud.points, FLAT * radius) for cloud in (target, source)):
         return 'all points lie in one plane: scans of 2D scanners are not supported'
     for name, cloud in (('target', target), ('source', source)):
-        axis, step = _steps(cloud, COARSE * radius)
+        axis, step = _coarsest_axis(cloud, COARSE * radius)
         if step:
             return (
                 f'{axis} of the {name} stands in steps of {step:.2g}, as float32 leaves it so far '
@@ -62,7 +62,9 @@ def judged_in_scope(
         T: (4, 4) the pose, between the clouds' origins.
     """
     is_good = said.p_aligned >= LEAST_PROBABILITY
-    reason = out_of_scope(target, source, balls.radius) or (_volume(balls) if is_good else '')
+    reason = out_of_scope(target, source, balls.radius)
+    if is_good and not reason:
+        reason = _filled_volume(balls)
     if reason:
         return replace(
             said, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
@@ -73,9 +75,9 @@ def judged_in_scope(
     return said
 
 
-def _volume(balls: Balls) -> str:
+def _filled_volume(balls: Balls) -> str:
     for name, cloud in zip(('target', 'source'), balls.clouds, strict=True):
-        if isotropy(cloud.own) > VOLUME:
+        if isotropy(cloud.own) > MOST_ISOTROPY:
             return f'the {name} holds no surfaces: its points fill a volume, as noise does'
     return ''
 
@@ -88,10 +90,10 @@ def _is_flat(points: Points, thickness: float) -> bool:
     return all((np.abs((some - middle) @ normal) <= thickness).all() for some in (sample, points))
 
 
-def _steps(cloud: Cloud, tolerated: float) -> tuple[str, float]:
+def _coarsest_axis(cloud: Cloud, tolerated: float) -> tuple[str, float]:
     """Return the axis that float32 has rounded most, and its step; 0.0 where none is coarse."""
     farthest = np.abs(np.add(cloud.bounds(), cloud.origin)).max()
-    if farthest * STEP <= tolerated:
+    if farthest * FLOAT32_STEP <= tolerated:
         return '', 0.0
     sample = _sampled(cloud.points) + cloud.origin
     # where half of them are: a stray, however far, says nothing of the others

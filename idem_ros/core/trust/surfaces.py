@@ -81,13 +81,20 @@ def surfaces(
 
 
 def own_surfaces(
-    cloud: Neighbourhoods, shape: tuple[float, float]
+    cloud: Neighbourhoods, shape: tuple[float, float], among: Indices | None = None
 ) -> tuple[Points, Points, Indices]:
     """Return those balls of a cloud that hold a surface of its own: mean, normal (n, 3), which.
 
     Normals point away from the cloud's middle: a wall is seen from one side.
+
+    among: (m,) the balls that are asked; None: all.
     """
-    found, which = _own_surfaces(cloud.grid.points, cloud.own, shape)
+    centres, own = cloud.grid.points, cloud.own
+    if among is None:
+        found, which = _own_surfaces(centres, own, shape)
+    else:
+        found, which = _own_surfaces(centres[among], own[among], shape)
+        which = among[which]
     return found[:, :3], found[:, 3:], which
 
 
@@ -100,7 +107,7 @@ def _own_surfaces(
         if own[i, 0] < LEAST_MEMBERS:
             continue
         m = row_of(own, i)
-        flatness, normal = _normal(covariance(m), shape)
+        flatness, normal = _flatness_and_normal(covariance(m), shape)
         if flatness < 0.0:
             continue
         outwards = 0.0
@@ -188,15 +195,15 @@ def _fill_planes(
         if m[0] < LEAST_MEMBERS:
             continue
         a, b = row_of(own, i), rotated(R, m)
-        va, na = _normal(covariance(a), shape)
-        vb, nb = _normal(covariance(b), shape)
+        va, na = _flatness_and_normal(covariance(a), shape)
+        vb, nb = _flatness_and_normal(covariance(b), shape)
         if va < 0.0 or vb < 0.0:
             continue
         xa = (p[0] + a[1] / a[0], p[1] + a[2] / a[0], p[2] + a[3] / a[0])
         xb = (p[0] + b[1] / b[0], p[1] + b[2] / b[0], p[2] + b[3] / b[0])
         sign = 1.0 if na[0] * nb[0] + na[1] * nb[1] + na[2] * nb[2] >= 0.0 else -1.0
-        _fill(planes.own[n], xa, na, 1.0)
-        _fill(planes.other[n], xb, nb, sign)
+        _fill_jacobian(planes.own[n], xa, na, 1.0)
+        _fill_jacobian(planes.other[n], xb, nb, sign)
         planes.mean[n, 0], planes.mean[n, 1], planes.mean[n, 2] = xa
         planes.variance[n] = np.sqrt(va / a[0] * vb / b[0])
         planes.centre[n] = i
@@ -205,7 +212,7 @@ def _fill_planes(
 
 
 @inlined
-def _normal(s: Symmetric, shape: tuple[float, float]) -> tuple[float, Triple]:
+def _flatness_and_normal(s: Symmetric, shape: tuple[float, float]) -> tuple[float, Triple]:
     """Return first variance over second, and the first's axis: the normal of a surface.
 
     -1 where a covariance is no surface's, see `SURFACE`. The variance of a normal is this over the
@@ -219,7 +226,7 @@ def _normal(s: Symmetric, shape: tuple[float, float]) -> tuple[float, Triple]:
 
 
 @inlined
-def _fill(j: Floats, x: Triple, n: Triple, sign: float) -> None:
+def _fill_jacobian(j: Floats, x: Triple, n: Triple, sign: float) -> None:
     j[0] = sign * (x[1] * n[2] - x[2] * n[1])
     j[1] = sign * (x[2] * n[0] - x[0] * n[2])
     j[2] = sign * (x[0] * n[1] - x[1] * n[0])

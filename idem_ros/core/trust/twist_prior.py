@@ -12,7 +12,7 @@ import numpy as np
 from idem_ros.core.arrays import Floats, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.trust.pose_twist import to_pose
-from idem_ros.core.trust.prior import FARTHEST
+from idem_ros.core.trust.prior import FARTHEST_SQUARED
 
 
 class WeighedTwist(NamedTuple):
@@ -50,7 +50,7 @@ def weighed_twist(
     of_both = covariance[np.ix_(some, some)] + np.diag(deviations[some - 6] ** 2)
     gain: Floats = np.asarray(np.linalg.solve(of_both, covariance[some]), np.float64).T
     squared = float(off @ np.linalg.solve(of_both, off))
-    if squared > FARTHEST:
+    if squared > FARTHEST_SQUARED:
         return WeighedTwist(T, twist, covariance, float(np.sqrt(squared)), is_believed=False)
     shift: Floats = gain @ off
     of_pose = np.asarray(np.linalg.solve(to_pose(position), shift[:6]), np.float64)

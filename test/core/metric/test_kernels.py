@@ -93,10 +93,10 @@ def linearized(target, source, cost, weights=AS_MEASURED):
     member = np.tile(np.arange(len(source), dtype=np.int32), len(target))
     side = (own.grid.points, own.own), (others, weights, first, member)
     nobody = np.empty(0, np.int64)
-    sums = (np.zeros((1, SUMS)), np.zeros((1, SUMS)))
-    motions, group = se3.both_ways(np.eye(4)), np.zeros(len(target), np.int64)
-    linearize((side, side), motions, cost, (np.arange(len(target)), nobody), (group, group), sums)
-    _, (gradient,), (matrix,) = of_both(sums[0][None], sums[1][None], np.eye(4))
+    sums, here = tuple(np.zeros((2, 1, 1, SUMS))), np.eye(4)[None]
+    chosen, group = (np.arange(len(target)), nobody), np.zeros(len(target), np.int64)
+    linearize((side, side), here, cost, chosen, (group, group), sums)
+    _, (gradient,), (matrix,) = of_both(*sums, here)
     return gradient, matrix
 
 

@@ -1,16 +1,14 @@
 import numpy as np
 import pytest
 from clouds import error_of, motion, surface
-from costs import joint_entropy, normal_balance
+from costs import joint_entropy
 
 from benchmarks.bare_scenes import bare_case
 from benchmarks.case import displaced
 from benchmarks.trust.sensors import depth_case
 from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register
 from idem_ros.core.geometry import se3
-from idem_ros.core.trust.covariance import covariance_of
 from idem_ros.core.trust.observability import observability_of
-from idem_ros.core.trust.regions import by_region
 from idem_ros.core.trust.words import free_in_words
 
 AUDIT = RegistrationConfig(mode='audit')
@@ -196,34 +194,6 @@ def test_the_covariance_holds_over_many_noisy_samplings():
         off = se3.log(result.T_target_source)[[3, 4, 5, 0, 1, 2]]
         nees.append(off @ np.linalg.solve(result.assessment.covariance, off))
     assert 3.0 < np.mean(nees) < 12.0  # 6, were it exact
-
-
-def test_regions_add_up_to_the_linearisation_and_the_jackknife_is_that_of_the_equations(rng):
-    target, source = Cloud(surface(rng, 1200, 0.01)), Cloud(surface(rng, 1100, 0.01))
-    cost, T = normal_balance(target, source, 0.3), np.eye(4)
-    observability = observability_of(cost, T)
-    met = [side.moments for side in cost.balls.agreement(T, 0.3, moments=True)]
-    regions = by_region(cost, T, observability, met)
-    gradient, matrix = cost.linearize(T)
-    np.testing.assert_allclose(regions.pulls.sum(axis=0), gradient, atol=1e-9)
-    np.testing.assert_allclose(regions.stiffness.sum(axis=0), matrix, rtol=1e-9)
-    found = covariance_of(cost, T, observability, regions, 0.0)
-    halved = regions._replace(pulls=regions.pulls / 2)
-    half = covariance_of(cost, T, observability, halved, 0.0)
-    np.testing.assert_allclose(half, found / 4, rtol=1e-2, atol=1e-3 * np.abs(found).max())
-
-
-def test_a_motion_that_balls_with_lines_hold_is_less_sure_than_the_jackknife_says(rng):
-    target, source = Cloud(surface(rng, 1200, 0.01)), Cloud(surface(rng, 1100, 0.01))
-    cost, T = normal_balance(target, source, 0.3), np.eye(4)
-    observability = observability_of(cost, T)
-    met = [side.moments for side in cost.balls.agreement(T, 0.3, moments=True)]
-    regions = by_region(cost, T, observability, met)
-    lines, without = (
-        regions._replace(ruled=share * regions.stiffness.sum(axis=0)) for share in (0.8, 0.0)
-    )
-    wide, narrow = (covariance_of(cost, T, observability, each, 0.5) for each in (lines, without))
-    np.testing.assert_allclose(wide, (1 + 0.5 * 0.64 / 0.2) * narrow, rtol=1e-3, atol=1e-9)
 
 
 def test_no_assessment_is_made_where_none_is_asked_for(pair):

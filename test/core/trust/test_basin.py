@@ -6,8 +6,9 @@ from idem_ros.core import Cloud
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.landscape import Landscape
-from idem_ros.core.trust.basin import FIRST, confidence, gauge
+from idem_ros.core.trust.basin import FIRST, confidence, gauge, way_between
 from idem_ros.core.trust.contrast import contrasts_along, mean_contrast, sums_at_each
+from idem_ros.core.trust.holders import Holders
 
 
 @pytest.fixture
@@ -39,9 +40,10 @@ def test_sums_are_those_of_the_landscape_where_every_point_is_taken(rng, clouds)
 
 def test_every_way_out_of_the_truth_leads_up(clouds, truth):
     balls = Balls(*clouds, 0.25)
-    everything = [np.arange(len(cloud)) for cloud in clouds]
-    q = [side.q for side in balls.agreement(truth, balls.radius)]
-    rises = contrasts_along(balls, truth, np.eye(6), 6 * [everything], 128, q)
+    q = tuple(side.q for side in balls.agreement(truth, balls.radius))
+    some = tuple(np.tile(np.arange(0, len(cloud), 10), 6) for cloud in clouds)
+    motion_of = tuple(np.repeat(np.arange(6), len(each) // 6) for each in some)
+    rises = contrasts_along(balls, truth, Holders(np.eye(6), some, motion_of), q)
     assert (rises > 0).all()
     assert mean_contrast(balls, truth, np.eye(6), 128) > 0
 
@@ -56,6 +58,7 @@ def test_the_truth_is_credible_and_an_upside_down_pose_is_not(clouds, truth):
 def test_the_gauge_is_zero_at_the_minimum_and_grows_towards_the_rim(clouds, truth):
     balls = Balls(*clouds, 0.25)
     ways = [se3.translation([0.25 * way, 0, 0]) for way in (0.0, 0.2, 0.5, 2)]
-    at = [gauge(balls, truth, way @ truth) for way in ways]
+    guesses = [way @ truth for way in ways]
+    at = [gauge(balls, truth, T, way_between(balls, truth, T)) for T in guesses]
     assert at[0] == 0.0
     assert at[1] < at[2] < 1.0 < at[3]

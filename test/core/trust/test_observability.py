@@ -9,10 +9,12 @@ from benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, register
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import between_origins
+from idem_ros.core.trust.holders import holders_of
 from idem_ros.core.trust.observability import Observability, observability_of, unit_motions
-from idem_ros.core.trust.surfaces import SURFACE, _normal
+from idem_ros.core.trust.surfaces import SURFACE, _flatness_and_normal
 
 TRANSLATION_FIRST = [3, 4, 5, 0, 1, 2]
+ALL = 10**9
 
 
 def refined(case, **parameters):
@@ -92,14 +94,22 @@ def test_the_roll_of_a_long_corridor_is_held(rng):
     assert sigma[1:3].max() < 0.1
 
 
+def held_by(holders, motion):
+    """The centres of the target, and of the source, that determine a motion."""
+    return [
+        some[which == motion] for some, which in zip(holders.centres, holders.motion, strict=True)
+    ]
+
+
 def test_a_motion_is_held_by_the_surfaces_across_it():
     case = bare_case('box in corridor', 0)
     clouds = Cloud(case.target), Cloud(case.source)
     cost = joint_entropy(*clouds, 0.4)
     found = observability_of(cost, between_origins(*clouds, case.truth))
     forth = int(np.argmax(np.abs(found.motions[3])))  # along x: only the box is across it
-    motion, (of_target, of_source) = found.determined()[forth]
-    assert np.abs(motion[3]) == pytest.approx(1.0, abs=0.05)
+    holders = holders_of(found, ALL)
+    of_target, of_source = held_by(holders, forth)
+    assert np.abs(holders.motions[3, forth]) == pytest.approx(1.0, abs=0.05)
     assert 0 < len(of_target) + len(of_source) < 0.1 * len(found.along)
     near = (
         np.abs(cost.balls.target.grid.points[of_target, 0] + clouds[0].origin[0] - BOX_AT[0]) < 0.8
@@ -120,11 +130,13 @@ def test_the_normal_is_the_axis_of_least_spread_and_no_other(rng):
     for spread in ((4.0, 3.0, 0.1), (9.0, 1.5, 0.001)):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         s = axes @ np.diag(spread) @ axes.T
-        flatness, normal = _normal((s[0, 0], s[0, 1], s[0, 2], s[1, 1], s[1, 2], s[2, 2]), SURFACE)
+        flatness, normal = _flatness_and_normal(
+            (s[0, 0], s[0, 1], s[0, 2], s[1, 1], s[1, 2], s[2, 2]), SURFACE
+        )
         assert 0.0 <= flatness < 0.25
         assert abs(np.dot(normal, axes[:, 2])) == pytest.approx(1.0, abs=1e-9)
-    assert _normal((4.0, 0.0, 0.0, 0.1, 0.0, 0.001), SURFACE)[0] < 0  # a line has no normal
-    assert _normal((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), SURFACE)[0] < 0
+    for without in ((4.0, 0.0, 0.0, 0.1, 0.0, 0.001), 6 * (0.0,)):  # a line has no normal
+        assert _flatness_and_normal(without, SURFACE)[0] < 0
 
 
 def strewn(rng, flat, count=3000):
@@ -151,6 +163,7 @@ def test_a_few_balls_alone_do_not_tell_what_determines_a_motion():
         *(np.ones(6), np.zeros(6), np.ones(6), 0.0, np.eye(6), np.eye(6), 1.0, along, centres),
         np.ones(6, bool),
     )
-    motion, (of_target, of_source) = seen.determined()[2]
-    assert motion.tolist() == np.eye(6)[2].tolist()
+    holders = holders_of(seen, ALL)
+    of_target, of_source = held_by(holders, 2)
+    assert holders.motions.tolist() == np.eye(6).tolist()
     assert (of_target.tolist(), of_source.tolist()) == (list(range(52)), [])
