@@ -7,6 +7,7 @@ import threading
 from concurrent.futures import Future, TimeoutError
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.node.worker import NAME
 
 POLL = 0.1  # [s] from a signal to the end, at most
 _received: list[int] = []
@@ -53,11 +54,11 @@ def warm_up(motion: str) -> None:
 
 
 def leave(code: int) -> int:
-    """Return an exit code, or end at once with it where kernels are still being compiled.
+    """Return an exit code, or end at once with it where a thread still compiles or registers.
 
-    An interpreter that ends in order pulls the compiler's memory from under that thread.
+    An interpreter that ends in order pulls the memory of kernels from under that thread.
     """
-    if _compiling.is_set():
+    if _compiling.is_set() or any(each.name == NAME for each in threading.enumerate()):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)

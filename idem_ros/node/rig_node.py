@@ -35,6 +35,7 @@ NAME = 'idem_rig_node'
 REPORT_S = 1.0  # from one status to the next
 STALE_PERIODS = 3  # without an instant
 KEPT = 10
+PATIENCE_S = 2.0  # with an instant under way, at the end: launch sends SIGKILL after ten
 
 
 class RigNode(Node):
@@ -55,6 +56,7 @@ class RigNode(Node):
             super().__init__(NAME, **node_options)
         self._worker: Any = None  # before it has begun
         self._status, self._looked, self._submitted = waiting(''), None, None
+        self._is_over = False
         self._told: tuple | None = None  # what the console said last
         try:
             self._start()
@@ -63,9 +65,10 @@ class RigNode(Node):
             raise
 
     def destroy_node(self):
-        """Let the work under way end, and destroy the node."""
+        """Let the work under way end, unless that takes long, and destroy the node."""
+        self._is_over = True  # what is found now has nowhere to go
         if self._worker is not None:
-            self._worker.stop()
+            self._worker.stop(PATIENCE_S)
         super().destroy_node()
 
     def _start(self) -> None:
@@ -131,6 +134,8 @@ class RigNode(Node):
         self._publish(status, self.get_clock().now().nanoseconds)
 
     def _publish(self, status: Status, stamp: int) -> None:
+        if self._is_over:
+            return
         level, text, values, about = status
         said = self.get_fully_qualified_name(), 'extrinsics', level, text, values, stamp
         self._publisher.publish(diagnostics_message(*said))

@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from typing import Any
 
 _NOTHING = object()
+NAME = 'idem_worker'  # of the threads
 LOG = logging.getLogger(__name__)
 
 
@@ -39,7 +40,7 @@ class LatestOnlyWorker:
         self._dropped = 0
         self._is_busy = False
         # daemon: an interpreter that a signal ends before `stop` could be called must not hang
-        self._thread = threading.Thread(target=self._run, name='idem_worker', daemon=True)
+        self._thread = threading.Thread(target=self._run, name=NAME, daemon=True)
         self._thread.start()
 
     @property
@@ -105,8 +106,13 @@ class LatestOnlyWorker:
             self._when_idle = task
             self._changed.notify()
 
-    def stop(self) -> None:
-        """Let the work under way end, drop what waits, and join the thread. May be repeated."""
+    def stop(self, patience: float | None = None) -> None:
+        """Let the work under way end, drop what waits, and join the thread. May be repeated.
+
+        Args:
+            patience: how long to wait for the work under way [s]; None: until it ends. What is
+                left then, `ending.leave` ends with the process.
+        """
         with self._changed:
             self._stopping = True
             if self._newest is not _NOTHING:
@@ -117,7 +123,7 @@ class LatestOnlyWorker:
             self._changed.notify()
         for future, _ in left:
             future.cancel()
-        self._thread.join()
+        self._thread.join(patience)
 
     def _run(self) -> None:
         while (step := self._next_step()) is not None:

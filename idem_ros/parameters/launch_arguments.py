@@ -7,7 +7,7 @@ from pathlib import Path
 
 from idem_ros.core.exceptions import IdemError
 
-FILES = ('refine.launch.py', 'replay.launch.py', 'audit.launch.py')
+FILES = ('refine.launch.py', 'replay.launch.py', 'audit.launch.py', 'rig.launch.py')
 
 
 class LaunchRefused(IdemError):

@@ -1,6 +1,7 @@
 """The files that a robot starts the node with."""
 
 import sys
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,13 +17,14 @@ from parameter_files import parameters_in
 
 from idem_ros.commands.main import command_line
 from idem_ros.core.parameter import parameter_name
-from idem_ros.node.interface import INPUTS, OUTPUTS, parameter_fields
+from idem_ros.node.interface import INPUTS, OUTPUTS, RIG_CONFIGS, parameter_fields
 from idem_ros.node.loopback import loopback_environment
 from idem_ros.parameters.fields import default_of
 from idem_ros.parameters.launch_arguments import LaunchRefused, launched_file
 
 READY_LINE = b'[INFO] [1.5] [idem_node]: ready: listens to /target\n'
 DEMO = ROOT / 'bags' / 'demo.mcap'
+RIG_PARAMETERS = {parameter_name(field) for kind in RIG_CONFIGS for field in fields(kind)}
 PARAMETERS = (
     *('voxel_size', 'mode', 'reliability'),
     *('target_durability', 'target_file', 'target_frame'),
@@ -254,3 +256,41 @@ def test_topics_and_parameters_of_a_stack_can_be_given(launch, tmp_path):
 def test_a_stack_that_there_is_not_is_refused(launch):
     with pytest.raises(LaunchRefused, match='stack:=slam_toolbox; it must be one of autoware_ndt'):
         launch('audit', 'stack:=slam_toolbox')
+
+
+@pytest.fixture
+def rig_words(tmp_path):
+    (tmp_path / 'extrinsics.yaml').write_text('sensors: {}')
+    return f'extrinsics:={tmp_path}/extrinsics.yaml', "topics:=['/top/points', '/left/points']"
+
+
+def test_the_node_that_watches_a_rig_is_started_with_its_rig(launch, rig_words, tmp_path):
+    launched = launch('rig', *rig_words, 'period:=5.0')
+    node = launched.node('idem_ros')
+    assert f"'{node.executable} = idem_ros.node" in (ROOT / 'setup.py').read_text()
+    (given,) = node.parameters
+    values = {name: launched.value(each) for name, each in given.items()}
+    assert yaml.safe_load(values['topics']) == ['/top/points', '/left/points']
+    assert values == {
+        'use_sim_time': 'false',
+        'extrinsics': f'{tmp_path}/extrinsics.yaml',
+        'topics': values['topics'],
+        'period': '5.0',
+    }
+    assert set(values) - {'use_sim_time'} <= RIG_PARAMETERS
+    assert node.on_exit.kind == 'Shutdown'
+
+
+def test_a_rig_without_its_files_or_with_unknown_words_is_refused(launch, rig_words, tmp_path):
+    extrinsics, topics = rig_words
+    with pytest.raises(LaunchRefused, match='extrinsics:=absent.yaml does not exist'):
+        launch('rig', 'extrinsics:=absent.yaml', topics)
+    with pytest.raises(LaunchRefused, match='period'):
+        launch('rig', extrinsics, topics, 'periods:=5.0')
+    with pytest.raises(LaunchRefused, match='params_file:=absent.yaml does not exist'):
+        launch('rig', extrinsics, topics, 'params_file:=absent.yaml')
+    file = tmp_path / 'mine.yaml'
+    file.write_text('')
+    assert launch('rig', extrinsics, topics, f'params_file:={file}').parameters('idem_ros')[0] == (
+        str(file)
+    )

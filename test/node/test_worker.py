@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import CancelledError
@@ -218,3 +220,25 @@ def test_what_is_left_for_idle_times_waits_for_inputs_and_a_newer_one_takes_its_
         'next',
         'idle',
     ]
+
+
+AT_WORK = """
+import atexit, sys, threading
+from idem_ros.node.ending import leave
+from idem_ros.node.worker import LatestOnlyWorker
+
+atexit.register(lambda: print('ended in order'))
+begun = threading.Event()
+worker = LatestOnlyWorker(lambda item: (begun.set(), threading.Event().wait()))
+worker.submit(1)
+begun.wait()
+worker.stop(patience=0.01)
+sys.exit(leave(3))
+"""
+
+
+def test_work_that_does_not_end_is_ended_with_the_process():
+    ended = subprocess.run(
+        [sys.executable, '-c', AT_WORK], capture_output=True, text=True, timeout=4 * LONG
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (3, '', '')
