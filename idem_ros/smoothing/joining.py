@@ -10,7 +10,7 @@ from idem_ros.core.geometry.se3 import inverse, rotation_angle
 from idem_ros.smoothing.keyframes import KeyframeClouds
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Relation:
     """What the clouds of two keyframes say of where they are to one another."""
 
@@ -102,16 +102,14 @@ def sigmas_of(poses, config, distance):
 
 
 def priors_of(poses, sigmas):
-    """Return a `PosePrior` of each step between poses (K, 4, 4), of deviations (K - 1, 2)."""
-    return [
-        PosePrior(
+    """Yield a `PosePrior` of each step between poses (K, 4, 4), of deviations (K - 1, 2)."""
+    for k, sigma in enumerate(sigmas):
+        yield PosePrior(
             source=k + 1,
             T=inverse(poses[k]) @ poses[k + 1],
             covariance=np.diag(np.repeat(np.square(sigma), 3)),
             target=k,
         )
-        for k, sigma in enumerate(sigmas)
-    ]
 
 
 def _window(task, read):
@@ -121,7 +119,7 @@ def _window(task, read):
     """
     clouds = [read(number) for number in task.numbers]
     config = replace(task.config, assessment='none')
-    priors = priors_of(task.poses, task.sigmas)
+    priors = list(priors_of(task.poses, task.sigmas))
     poses = register_all(clouds, task.poses, config, held=(0,), priors=priors).poses
     audit = replace(task.config, assessment='verdict', mode='audit')
     return tuple(

@@ -59,8 +59,8 @@ class Scans:
 
     stamps: array = field(default_factory=lambda: array('q'))
     """Of the scans that the trajectory has a pose for [ns]."""
-    poses: list = field(default_factory=list)
-    """(4, 4) of each, by the trajectory."""
+    rows: array = field(default_factory=lambda: array('d'))
+    """The first three of each pose, by the trajectory."""
     keyframes: array = field(default_factory=lambda: array('q'))
     """Which of them are keyframes."""
     uncovered: int = 0
@@ -75,6 +75,18 @@ class Scans:
     """Of the points of the first keyframe [m]."""
     topic: str = ''
     notes: tuple = ()
+
+    @property
+    def poses(self):
+        """The (S, 4, 4) poses of the scans, by the trajectory."""
+        poses = np.tile(np.eye(4), (len(self.stamps), 1, 1))
+        poses[:, :3] = np.array(self.rows).reshape(-1, 3, 4)
+        return poses
+
+    def add(self, stamp, pose):
+        """Take a scan, and its (4, 4) pose."""
+        self.stamps.append(stamp)
+        self.rows.frombytes(pose[:3].tobytes())
 
     def refuse(self, stamp, why):
         """Count a scan that cannot be used."""
@@ -118,8 +130,7 @@ class Reader:
             except IdemError as error:
                 scans.refuse(stamp, str(error))
                 return
-        scans.stamps.append(stamp)
-        scans.poses.append(pose)
+        scans.add(stamp, pose)
 
     def notes(self):
         """Return what a reader should know of the points' times."""

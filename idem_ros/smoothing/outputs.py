@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -26,11 +27,11 @@ def write_trajectory(folder, scans, poses):
 
 def write_graph(folder, smoothed):
     """Write the graph: a vertex a keyframe, an edge for each relation that counts, and step."""
-    edges = [
+    relations = (
         (each.i, each.j, each.covariance, each.T_i_j) for each in smoothed.relations if each.counts
-    ]
-    edges += [(step.target, step.source, step.covariance, step.T) for step in smoothed.steps]
-    write_poses(folder / GRAPH, smoothed.poses, edges)
+    )
+    steps = ((step.target, step.source, step.covariance, step.T) for step in smoothed.steps)
+    write_poses(folder / GRAPH, smoothed.poses, chain(relations, steps))
 
 
 def write_covariances(folder, scans, smoothed):
@@ -85,5 +86,7 @@ def _copy_points(raw, path, count, dtype):
 
 def write_summary(folder, record):
     """Write how it all came, as JSON."""
-    text = json.dumps(record, indent=1, allow_nan=False)
-    (folder / SUMMARY).write_text(text + '\n', encoding='utf-8', errors='backslashreplace')
+    path = folder / SUMMARY
+    with path.open('w', encoding='utf-8', errors='backslashreplace') as stream:
+        json.dump(record, stream, indent=1, allow_nan=False)
+        stream.write('\n')

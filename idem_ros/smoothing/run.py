@@ -63,7 +63,7 @@ def smooth(asked, folder, run, progress=lambda each, total: each):
         reading = odometry, clouds, asked.settings, asked.config
         scans = read_scans(recording, *reading, asked.topic, progress)
     _require_two(scans, odometry, asked)
-    given = np.array([scans.poses[number] for number in scans.keyframes])
+    given = scans.poses[list(scans.keyframes)]
     registration = asked.settings.config
     smoother = Smoother(clouds, given, scans.median_range, asked.config, registration, run)
     found = smoother.smooth(_keyframes_of(pairs, scans, asked.loops))

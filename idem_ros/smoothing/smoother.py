@@ -1,6 +1,7 @@
 """A trajectory made consistent: windows, then loops, then one graph of all keyframes."""
 
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +31,20 @@ class Smoothed:
     """(K, 4, 4) of the keyframes; the first is as the trajectory has it."""
     covariances: NDArray
     """(K, 6, 6), x y z rx ry rz, in the common axes, relative to the first."""
+    given: NDArray
+    """(K, 4, 4) of the keyframes, by the trajectory."""
+    sigmas: NDArray
+    """(K - 1, 2): standard deviations of its steps [m], [rad]."""
     relations: list = field(default_factory=list)
     """Of pairs of keyframes, those that do not count, too."""
-    steps: list = field(default_factory=list)
-    """`PosePrior` of each step, by the trajectory."""
     failures: list = field(default_factory=list)
     """Why windows or pairs could not be done."""
     voxel_size: float | None = None
+
+    @property
+    def steps(self):
+        """`PosePrior` of each step, by the trajectory, one after the other: they are not kept."""
+        return priors_of(self.given, self.sigmas)
 
     @property
     def part(self):
@@ -53,8 +61,9 @@ class Smoothed:
         """Whether a relation says something else than the step of the trajectory, or nothing."""
         if not relation.counts:
             return True
-        step = self.steps[relation.i]
-        off = log(inverse(step.T) @ relation.T_i_j)[ORDER]
+        k = relation.i
+        (step,) = priors_of(self.given[k : k + 2], self.sigmas[k : k + 1])
+        off = log(inverse(step.transform) @ relation.T_i_j)[ORDER]
         square = off @ np.linalg.solve(step.covariance + relation.covariance, off)
         return square > 6 * SIGMAS**2
 
@@ -73,17 +82,16 @@ class Smoother:
 
     def __init__(self, clouds, poses, scale, config, registration, run):
         self._clouds, self._run, self._config = clouds, run, config
-        self._given = poses
         self._reach = config.reach or scale
         distance = config.keyframe_distance or SHARE_OF_RANGE * scale
-        self._sigmas = sigmas_of(poses, config, distance)
         looked_at = np.unique(np.linspace(0, len(poses) - 1, LOOKED_AT).astype(int))
         some = [Cloud(clouds.read(number)) for number in looked_at]
         self._registration = _tolerant(with_voxel_size(registration, *some), some[0], scale)
         self.smoothed = Smoothed(
             poses.copy(),
             np.zeros((len(poses), 6, 6)),
-            steps=priors_of(poses, self._sigmas),
+            poses,
+            sigmas_of(poses, config, distance),
             voxel_size=size_found(self._registration),
         )
 
@@ -105,18 +113,19 @@ class Smoother:
         return self.smoothed
 
     def _windows(self):
+        found = self.smoothed
         folder = str(self._clouds.folder)
         return [
             Joint(
                 f'keyframes {window[0]} to {window[-1]}',
                 folder,
                 tuple(window),
-                self._given[window],
-                self._sigmas[window[0] : window[-1]],
+                found.given[window],
+                found.sigmas[window[0] : window[-1]],
                 told,
                 self._registration,
             )
-            for window, told in windows_of(len(self._given), self._config.window)
+            for window, told in windows_of(len(found.given), self._config.window)
         ]
 
     def _loops(self, pairs):
@@ -139,7 +148,7 @@ class Smoother:
                 found.failures.append(f'{outcome.path}: {outcome.reason}')
             else:
                 found.relations.extend(outcome.relations)
-        graph = solve_graph(found.poses, [*found.steps, *weighed(found.relations)])
+        graph = solve_graph(found.poses, chain(found.steps, weighed(found.relations)))
         found.poses, found.covariances = graph.poses, graph.covariances
 
 
@@ -154,12 +163,10 @@ def _tolerant(registration, cloud, scale):
 
 
 def weighed(relations):
-    """Return those `Relation`s that count as `PosePrior`s."""
-    return [
-        PosePrior(source=each.j, T=each.T_i_j, covariance=each.covariance, target=each.i)
-        for each in relations
-        if each.counts
-    ]
+    """Yield those `Relation`s that count as `PosePrior`s."""
+    for each in relations:
+        if each.counts:
+            yield PosePrior(source=each.j, T=each.T_i_j, covariance=each.covariance, target=each.i)
 
 
 def between_keyframes(scans, poses):

@@ -85,7 +85,9 @@ def test_pairs_that_are_given_are_tried_however_far_the_trajectory_has_them(rng,
 def test_scans_between_keyframes_follow_the_trajectory_from_either(rng):
     _, truth, odometry = drive(rng, 5)
     keyframes = array('q', [0, 4])
-    scans = Scans(array('q', stamps_of(5)), list(odometry), keyframes)
+    scans = Scans(keyframes=keyframes)
+    for stamp, pose in zip(stamps_of(5), odometry, strict=True):
+        scans.add(stamp, pose)
     moved = se3.translation((0.0, 0.0, 1.0))
     poses = np.array([odometry[0], moved @ odometry[4]])
     found = between_keyframes(scans, poses)

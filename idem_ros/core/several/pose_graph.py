@@ -6,7 +6,8 @@ A relation is a `PosePrior`: a pose in another's frame, or in the common one, wi
 # SciPy has no types.
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,14 +40,14 @@ class PoseGraph(NamedTuple):
 
 
 def solve_graph(
-    poses: ArrayLike, relations: Sequence[PosePrior], held: Sequence[int] = (0,)
+    poses: ArrayLike, relations: Iterable[PosePrior], held: Sequence[int] = (0,)
 ) -> PoseGraph:
     """Return the poses nearest to all relations, each weighed by its covariance.
 
     Args:
         poses: (K, 4, 4) to start from; all that are not held must hang together with one that is,
             or with an absolute relation.
-        relations: `PosePrior`s.
+        relations: `PosePrior`s, each looked at once; of each some numbers are kept.
         held: numbers of the poses that stay.
 
     Raises:
@@ -54,8 +55,7 @@ def solve_graph(
         InvalidTransform: a pose is none.
     """
     at = np.array([se3.checked_transform(T, f'pose {k}') for k, T in enumerate(_listed(poses))])
-    checked_priors(list(relations), len(at))
-    graph, fixed = _Graph.of(relations), held_mask(held, len(at))
+    graph, fixed = _Graph.of(relations, len(at)), held_mask(held, len(at))
     _require_held(graph, fixed)
     free = np.flatnonzero(~fixed)
     covariances = np.zeros((len(at), 6, 6))
@@ -93,14 +93,17 @@ class _Graph(NamedTuple):
     information: Floats  # (E, 6, 6), by (omega, v)
 
     @classmethod
-    def of(cls, relations: Sequence[PosePrior]) -> '_Graph':
-        """Return that of relations."""
-        return cls(
-            np.array([-1 if r.target is None else r.target for r in relations], int),
-            np.array([r.source for r in relations], int),
-            np.array([r.transform for r in relations]).reshape(-1, 4, 4),
-            np.array([r.information for r in relations]).reshape(-1, 6, 6),
-        )
+    def of(cls, relations: Iterable[PosePrior], count: int) -> '_Graph':
+        """Return that of relations between so many poses."""
+        pairs, T, information = array('q'), array('d'), array('d')
+        for relation in relations:
+            checked_priors([relation], count)
+            pairs.extend((-1 if relation.target is None else relation.target, relation.source))
+            T.frombytes(relation.transform.tobytes())
+            information.frombytes(relation.information.tobytes())
+        i, j = np.array(pairs, int).reshape(-1, 2).T
+        matrices = np.array(information).reshape(-1, 6, 6)
+        return cls(i, j, np.array(T).reshape(-1, 4, 4), matrices)
 
     def frames(self, poses: Transforms) -> Transforms:
         """Return the poses (E, 4, 4) of the frames that relations are told in."""
