@@ -107,10 +107,15 @@ def rings_table(found):
     """Return the rings' errors as a Markdown table: median / p90."""
     methods = JOINT, CHAIN, GRAPH, MULTIWAY, BOUND
     rows = [
-        [f'{count} scans, {overlap:.0%}', *(_median_and_p90(errors[each]) for each in methods)]
+        [
+            f'{count} scans, {overlap:.0%}',
+            *(_both(_median_and_p90(errors[each])) for each in methods),
+            _both(_median_and_p90(errors[JOINT]) / _median_and_p90(errors[BOUND])),
+        ]
         for (count, overlap), errors in found.items()
     ]
-    return table(('ring', *(f'{method} [deg]' for method in methods)), rows)
+    heads = *(f'{method} [deg]' for method in methods), f'{JOINT} over {BOUND}'
+    return table(('ring', *heads), rows)
 
 
 def dragon_goals(config):
@@ -177,4 +182,8 @@ def _relative(poses, truth, i, j):
 
 
 def _median_and_p90(errors):
-    return f'{number(np.median(errors))} / {number(np.quantile(errors, 0.9))}'
+    return np.quantile(errors, [0.5, 0.9])
+
+
+def _both(values):
+    return ' / '.join(number(each) for each in values)

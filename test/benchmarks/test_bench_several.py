@@ -26,6 +26,7 @@ def test_each_goal_is_against_the_best_of_the_others():
     found = {(12, 0.3): {method: np.full(12, value) for method, value in errors.items()}}
     assert [goal.measured for goal in ring_goals(found)] == [0.5, 0.5]
     assert '1 / 1' in rings_table(found)
+    assert rings_table(found).splitlines()[-1].endswith('2 / 2 |')
 
 
 def test_noise_alone_leaves_less_open_where_scans_overlap_more(rng):
