@@ -31,6 +31,8 @@ class Fused(NamedTuple):
     """Instants that it is made of."""
     spread: tuple[float, float] | None
     """Root mean square of what these are off it, [m] and [deg]; None: there are not two."""
+    by: str = 'clouds'
+    """What tells of it: clouds that meet, or the motion of both sensors."""
 
 
 def fused(solved, s, tolerance, independent):

@@ -140,13 +140,15 @@ def sightings_in(recording, rig, count, point_times, prepare):
     return sightings
 
 
-def offsets(rig, sightings):
-    """Return how much later than the reference each sensor's clouds are, in the median [s]."""
-    found = []
+def lateness(rig, sightings):
+    """Yield a line about each sensor whose clouds are later than the reference's, or earlier."""
+    late = []
     for s in range(len(rig.names)):
         times = [each.measured[s].times for each in sightings if each.measured[s] is not None]
-        found.append(float(np.median([t.min() for t in times])) if times else np.nan)
-    return found
+        late.append(float(np.median([t.min() for t in times])) if times else np.nan)
+    for name, each in zip(rig.names[1:], late[1:], strict=True):
+        if abs(each - late[0]) > 1e-3:
+            yield f'{name} measures {1e3 * (each - late[0]):+.1f} ms after {rig.names[0]}'
 
 
 def _chosen(rig, count):

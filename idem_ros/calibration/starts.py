@@ -14,7 +14,7 @@ from idem_ros.messages.transform_message import matrix_from, matrix_of
 
 RIG = 'rig'  # the frame of poses that name none
 ROTATIONS = {'rpy': 3, 'rpy_deg': 3, 'quaternion': 4}
-SAID = {'verdict', 'p_aligned', 'reason', 'sigma', 'covariance', 'spread', 'instants'}
+SAID = {'verdict', 'p_aligned', 'reason', 'by', 'sigma', 'covariance', 'spread', 'instants'}
 EXPECTED = (
     'sensors: {NAME: {parent: FRAME, xyz: [m], and one of rpy: [rad], rpy_deg: [deg], quaternion: '
     '[x, y, z, w]; or matrix: 4x4}}'

@@ -76,24 +76,42 @@ def yaml_text(names, found):
     }
     head = '# Each sensor in the frame of its parent: m, quaternion x y z w; covariance of\n'
     head += '# x y z rx ry rz, m and rad, in the axes of the parent, about the sensor.\n'
-    content = {'reference': names[0], 'sensors': sensors}
-    return head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=96)
+    return head + _yaml({'reference': names[0], 'sensors': sensors})
+
+
+def places_text(edges):
+    """Return the YAML of {frame: (parent, (4, 4) in it)}, which `--start` reads, too."""
+    sensors = {child: {'parent': parent, **_place(T)} for child, (parent, T) in edges.items()}
+    return '# Each sensor in the frame of its parent: m, quaternion x y z w.\n' + _yaml(
+        {'sensors': sensors}
+    )
+
+
+def _yaml(content):
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=96)
 
 
 def record_of(each):
     """Return a `Fused` as plain values."""
-    xyz, quaternion = translation_and_quaternion(each.pose)
     p = each.verdict.p_aligned
     spread = each.spread and {'m': each.spread[0], 'deg': each.spread[1]}
     return {
-        'xyz': [_rounded(value) for value in xyz],
-        'quaternion': [_rounded(value) for value in quaternion],
+        **_place(each.pose),
         'verdict': each.verdict.verdict.value,
         'p_aligned': known(p),
         'reason': each.verdict.reason,
+        'by': each.by,
         'instants': len(each.agreeing),
         'spread': spread,
         'covariance': each.covariance.tolist(),
+    }
+
+
+def _place(T):
+    xyz, quaternion = translation_and_quaternion(T)
+    return {
+        'xyz': [_rounded(value) for value in xyz],
+        'quaternion': [_rounded(value) for value in quaternion],
     }
 
 

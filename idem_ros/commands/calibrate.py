@@ -1,6 +1,7 @@
 """`idem calibrate`: where the LiDARs of one rig are, from clouds or from a recording."""
 
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from idem_ros.calibration.config import DECIDED
 from idem_ros.commands.exit_codes import FAILED, OK, UsageError
@@ -16,6 +17,23 @@ from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
 INSTANTS = 5
+
+
+class Read(NamedTuple):
+    """What there is to calibrate."""
+
+    names: Any
+    """Of the sensors, the reference first."""
+    sightings: Any
+    tree: Any = None
+    """Of tf_static; None: there is none."""
+    notes: Any = ()
+    """What was left out, a line each."""
+    are_all_heard: bool = True
+    truth: Any = {}
+    """{name: (4, 4)} of sensors in the frame of the reference, where it is known."""
+    strides: Any = None
+    """strides(twists) yields `Stride`s, given the reference's twists at the sightings."""
 
 
 def add_parser(subparsers):
@@ -86,6 +104,7 @@ def _add_inputs(parser):
 
 def run(args):
     """Calibrate, print and write."""
+    from idem_ros.calibration.by_motion import with_motion
     from idem_ros.calibration.calibrating import Uncalibrated
     from idem_ros.calibration.sighting import calibrate_sightings
     from idem_ros.calibration.starts import no_starts, read_starts, starts_of
@@ -98,28 +117,29 @@ def run(args):
         raise UsageError(f'--instants is {args.instants}; it must be from 1')
     if args.out:
         require_free(args.out)
-    read = _recorded if _is_recording(args) else _filed
-    names, sightings, tree, flaws, are_all_heard, truth = read(args)
-    notes = list(flaws)
-    if args.start:
-        tree = read_starts(args.start, names)
-    elif tree is None:
+    read = (_recorded if _is_recording(args) else _filed)(args)
+    names, notes = read.names, list(read.notes)
+    tree = read_starts(args.start, names) if args.start else read.tree
+    if tree is None:
         tree = no_starts(names)
         notes.append('no --start: the sensors are looked for from one place')
     starts = starts_of(tree, names)
     try:
-        found, twists = calibrate_sightings(sightings, names, starts, config)
+        found, twists = calibrate_sightings(read.sightings, names, starts, config)
     except Uncalibrated as error:
-        remedy = () if flaws else ('name another by --reference',)
-        raise Uncalibrated('; '.join([*flaws, str(error), *remedy])) from error
-    if lacking := len(sightings) - len(found.instants):
-        notes.append(f'{lacking} of {len(sightings)} instants lack the reference, or all others')
-    notes += [*moved(names, found, tree), *beside_truth(names, found, truth)]
+        remedy = () if read.notes else ('name another by --reference',)
+        raise Uncalibrated('; '.join([*read.notes, str(error), *remedy])) from error
+    if not found.is_usable:
+        found, said = with_motion(found, names, read.strides(list(twists.values())), config)
+        notes += said
+    if lacking := len(read.sightings) - len(found.instants):
+        notes.append(f'{lacking} of {len(twists)} instants lack the reference, or all others')
+    notes += [*moved(names, found, tree), *beside_truth(names, found, read.truth)]
     if args.out:
         write_calibration(args.out, names, found, tree)
     said = record_text if args.json else text
     print(said((names, found, tree), twists, notes, args.out))
-    return OK if found.is_usable and are_all_heard else FAILED
+    return OK if found.is_usable and read.are_all_heard else FAILED
 
 
 def _is_recording(args):
@@ -141,8 +161,9 @@ def _is_recording(args):
 
 
 def _filed(args):
-    """Return the same of files."""
+    """Return what there is to `Read` in files."""
     from idem_ros.calibration.file_sightings import files_of, sightings_of
+    from idem_ros.calibration.strides import strides_between
 
     preprocessing = config_from(args, PreprocessingConfig)
 
@@ -154,24 +175,23 @@ def _filed(args):
     named = dict(zip(found, _named(args, found), strict=True))
     found = _reference_first(args, found, named)
     sightings, flaws = sightings_of(found, files, read)
-    return [named[each] for each in found], sightings, None, flaws, True, {}
+    names = [named[each] for each in found]
+    return Read(names, sightings, notes=flaws, strides=lambda twists: strides_between(sightings))
 
 
 def _recorded(args):
-    """Return what there is to calibrate.
-
-    Names, sightings, the tree of tf_static or None, notes, whether all were heard, and the true
-    poses of sensors in the frame of the reference, as far as the recording has them.
-    """
+    """Return what there is to `Read` in a recording."""
     from idem_ros.calibration.recorded_sightings import (
         cloud_topics,
-        offsets,
+        lateness,
         recorded_rig,
         sightings_in,
     )
+    from idem_ros.calibration.recorded_strides import strides_in
     from idem_ros.calibration.sighting_messages import preparing
 
     prepare = preparing(config_from(args, PreprocessingConfig))
+    reading = config_from(args, PointTimeConfig), prepare
     with opened(args.input[0], args) as recording:
         given = args.topics
         topics = cloud_topics(recording, given, None)
@@ -180,22 +200,22 @@ def _recorded(args):
         rig = recorded_rig(recording, first)
         if names is not None:
             rig.names = [names[topics.index(each)] for each in rig.topics]
-        point_times = config_from(args, PointTimeConfig)
-        sightings = sightings_in(recording, rig, args.instants, point_times, prepare)
+        sightings = sightings_in(recording, rig, args.instants, *reading)
         if len(sightings) < args.instants:
             rig.flaws.append(
                 f'{args.instants} instants are asked for, and there are {len(sightings)}: so many '
                 'clouds of the reference are followed by another'
             )
         silent = [f'{topic} is silent, and is left out' for topic in rig.silent]
-        notes = [*recording.warnings, *silent, *rig.flaws]
-    late = offsets(rig, sightings)
-    notes += [
-        f'{name} measures {1e3 * (each - late[0]):+.1f} ms after {rig.names[0]}'
-        for name, each in zip(rig.names[1:], late[1:], strict=True)
-        if abs(each - late[0]) > 1e-3
-    ]
-    return rig.names, sightings, rig.tree, notes, not rig.silent, rig.truth_of()
+        notes = [*recording.warnings, *silent, *rig.flaws, *lateness(rig, sightings)]
+
+    def strides(twists):
+        """Yield the strides of the recording, which is read once more."""
+        with opened(args.input[0], args) as recording:
+            yield from strides_in(recording, rig, args.instants, twists, reading)
+
+    found = rig.names, sightings, rig.tree, notes
+    return Read(*found, are_all_heard=not rig.silent, truth=rig.truth_of(), strides=strides)
 
 
 def _named(args, found):

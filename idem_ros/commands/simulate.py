@@ -14,7 +14,7 @@ SCANS, MAP_POINTS, SEED = 21, 80_000, 0
 EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town
 SCENES = ('street', 'room', 'forest', 'tunnel')
 TURN_RATE_DEG, SWEEP_S = 0.0, 0.1
-MOST_LIDARS = 8
+MOST_LIDARS, LEAST_VIEW_DEG = 8, 30.0
 FASTEST, FASTEST_TURN_DEG, LONGEST_SWEEP = 100.0, 720.0, 1.0
 
 
@@ -47,6 +47,13 @@ def add_parser(subparsers):
     parser.add_argument('--scans', type=int, default=SCANS, help='(default: %(default)s)')
     parser.add_argument(
         '--lidars', type=int, metavar='N', help=f'a rig of so many, 2 to {MOST_LIDARS}'
+    )
+    parser.add_argument(
+        '--view',
+        type=float,
+        metavar='DEG',
+        help='with --lidars, how much of the horizon each sees (default: 1.9 times its share; of '
+        'less than that share they have no view in common)',
     )
     _add_motion(parser)
     parser.set_defaults(run=run)
@@ -85,6 +92,8 @@ def run(args):
         return _city(args)
     if args.extent is not None:
         raise UsageError('--extent is of a map: give --map city, too')
+    if args.view is not None and args.lidars is None:
+        raise UsageError('--view is of a rig: give --lidars, too')
     require_ending('--out', args.out, ['.mcap'])
     motion = _motion(args)
     require_outputs(args, [('--out', args.out)])
@@ -108,7 +117,9 @@ def _rig(args, scene, motion, rng):
 
     if not 2 <= args.lidars <= MOST_LIDARS:
         raise UsageError(f'--lidars is {args.lidars}; it must be from 2 to {MOST_LIDARS}')
-    write_mcap(args.out, rig_messages(scene, args.lidars, motion, args.scans, rng))
+    if args.view is not None and not LEAST_VIEW_DEG <= args.view <= 360.0:
+        raise UsageError(f'--view is {args.view:g}; it must be from {LEAST_VIEW_DEG:g} to 360')
+    write_mcap(args.out, rig_messages(scene, args.lidars, motion, args.scans, rng, args.view))
     print(f'{args.out}: {args.scans} scans of each of {args.lidars} LiDARs')
     return OK
 

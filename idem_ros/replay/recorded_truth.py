@@ -109,8 +109,8 @@ def _frame(recording, truths, source):
         raise NoTruth(
             f'{recording.path} has true poses of {len(children)} frames '
             f'({", ".join(map(repr, children)) or "none"}), and no scans that tell which is '
-            'meant: name these by --source-topic; the places of the sensors of a rig make no '
-            'trajectory, idem calibrate says how far from them it ends'
+            'meant: name these by --source-topic; the places of the sensors of a rig, which '
+            'make no trajectory, --out FILE.yaml writes'
         )
     (_, _, scan), *_ = recording.messages([source])
     return scan.header.frame_id

@@ -79,7 +79,7 @@ def extrinsics_of(rig):
     return np.array([first @ mounted.T_rig_sensor for mounted in rig])
 
 
-def rig_messages(scene, count, motion, scans, rng):
+def rig_messages(scene, count, motion, scans, rng, view_deg=None):
     """Yield (topic, log time [ns], message) of a rig of LiDARs that is driven along a route.
 
     Clouds on /lidar_0/points and so on; on /tf_static where each is mounted, 5 deg and 0.1 m off;
@@ -92,8 +92,9 @@ def rig_messages(scene, count, motion, scans, rng):
             after the one before it; None: all see from one pose, at once.
         scans: how many instants.
         rng: np.random.Generator.
+        view_deg: what each sees of the horizon; None: 1.9 times its share.
     """
-    rig = ring_of_lidars(count, min(SHARED * FULL_DEG / count, FULL_DEG), rng)
+    rig = ring_of_lidars(count, view_deg or min(SHARED * FULL_DEG / count, FULL_DEG), rng)
     yield '/tf_static', START, tf_message(_told(rig, rng))
     for k, pose in enumerate(extrinsics_of(rig)[1:], start=1):
         message = transform_message(pose, START, _frame(0), _frame(k), POSE_DECIMALS)

@@ -258,7 +258,11 @@ def test_fewer_instants_than_asked_for_are_said_and_truth_is_compared(tmp_path, 
     assert 'note: 9 instants are asked for, and there are 2' in out
     assert re.search(r'note: left is 0\.00\d+ m and .* where the recording says', out)
     assert main(['truth', str(path), '--out', str(tmp_path / 'truth.tum')]) == 1
-    assert 'idem calibrate' in capsys.readouterr().err
+    assert '--out FILE.yaml' in capsys.readouterr().err
+    assert main(['truth', str(path), '--out', str(tmp_path / 'truth.yaml')]) == 0
+    assert 'truth.yaml: 2 poses' in capsys.readouterr().out
+    told = starts_of(read_starts(tmp_path / 'truth.yaml', SENSORS), SENSORS)
+    np.testing.assert_allclose(told, poses, atol=1e-8)
 
 
 def test_a_simulated_rig_is_recorded_with_starts_and_truth(tmp_path):

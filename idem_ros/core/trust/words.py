@@ -27,15 +27,15 @@ def free_in_words(observability: Observability, R_target_source: RotationMatrix)
     _, share, mixed = np.linalg.svd(turns)
     share = np.pad(share, (0, len(mixed) - len(share)))
     is_turn = share > MOSTLY_TURN
-    named = [
-        f'{how} {_named(R_target_source.T @ vectors @ mixed[chosen].T)}'
+    said = [
+        f'{how} {named(R_target_source.T @ vectors @ mixed[chosen].T)}'
         for how, vectors, chosen in (('along', moves, ~is_turn), ('about', turns, is_turn))
         if chosen.any()
     ]
-    return f'free {" and ".join(named)}'
+    return f'free {" and ".join(said)}'
 
 
-def _named(directions: Floats) -> str:
+def named(directions: Floats) -> str:
     """Name the span of (3, k) directions by axes where it has them, else by its directions."""
     basis, _ = np.linalg.qr(directions)
     on_axis = np.linalg.norm(basis, axis=1) > ON_AXIS
