@@ -114,7 +114,7 @@ def edge(step: int) -> float:
 
 def fit_of(points: Points, tuning: SolverTuning = SOLVER) -> Fit | None:
     """Return the `Fit` of (N, 3) points about their middle; None: too few, or all in one place."""
-    few = points[:: max(len(points) // COARSE_SAMPLE, 1)]
+    few = np.ascontiguousarray(points[:: max(len(points) // COARSE_SAMPLE, 1)])
     span = float(np.median(np.abs(few).max(axis=1)))
     if len(points) < FEWEST or span == 0.0:
         return None

@@ -73,7 +73,7 @@ def _nearest_within(
 
     Of a place with none within the radius: any, and inf.
     """
-    grid, order = build_grid(others, radius * CELL_MARGIN)
+    grid, order = build_grid(np.ascontiguousarray(others), radius * CELL_MARGIN)
     found = in_blocks(
         len(places), workers, lambda begin, end: _nearest(places[begin:end], grid, radius**2)
     )
