@@ -7,6 +7,7 @@ from contextlib import suppress
 from itertools import pairwise
 
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
+from idem_ros.node.freed_memory import keep_freed_memory
 from idem_ros.node.rclpy_needed import RclpyMissing, require_rclpy
 from idem_ros.terminal.command_line import CommandLine
 from idem_ros.terminal.printable import error_line
@@ -40,6 +41,7 @@ def main(args: list[str] | None = None, name: str = ONE) -> int:
         on stderr says why).
     """
     note_signals()
+    keep_freed_memory()
     try:
         require_rclpy(name)
     except RclpyMissing as error:
