@@ -58,39 +58,39 @@ def measure(config, quick=False, progress=lambda steps: steps):
         return [goal for step in progress(steps) for goal in step()]
 
 
-def small_scans(count, seed=0):
+def small_scans(count, seed=0, points=SCAN_POINTS):
     """Yield (topic, log time, message) of many small scans of one surface, as they are needed."""
     rng = np.random.default_rng(seed)
     yield '/target', START, cloud_message(surface_points(rng, TARGET_POINTS), START, 'map')
     for i in range(1, count + 1):
         stamp = START + i * STEP
-        points = surface_points(rng, SCAN_POINTS)
+        seen = surface_points(rng, points)
         truth = displaced(np.eye(4), np.zeros(3), 20.0, SIZE, rng)
-        source = se3.transform_points(se3.inverse(truth), points)
+        source = se3.transform_points(se3.inverse(truth), seen)
         guess = displaced(truth, source.mean(axis=0), OFF_DEG, OFF, rng)
         yield '/source', stamp, cloud_message(source, stamp, 'lidar')
         for k, (topic, pose) in enumerate((('/initial_guess', guess), ('/ground_truth', truth))):
             yield topic, stamp + k + 1, transform_message(pose, stamp, 'map', 'lidar')
 
 
-def memory(folder, first, scans):
+def memory(folder, first, scans, points=SCAN_POINTS):
     """Yield what a scan costs: the peak of `idem replay` over many, less that over a few.
 
     Each in a process of its own, with all outputs. What stays of a scan are its truth (112
     bytes), its stamp, and where it lies on disk; at the end also seven numbers of the summary.
     """
-    few, _ = peak_and_frames(folder, first)
-    many, frames = peak_and_frames(folder, scans)
+    few, _ = peak_and_frames(folder, first, points)
+    many, frames = peak_and_frames(folder, scans, points)
     yield Goal(f'of {scans} scans not refined', scans - frames, 0)
     mib = f'{few / 2**20:.1f} MiB over {first} scans, {many / 2**20:.1f} over {scans}'
     yield Goal(f'memory: {mib}; of a scan', (many - few) / (scans - first), KEPT, 'bytes')
 
 
-def peak_and_frames(folder, scans):
+def peak_and_frames(folder, scans, points):
     """Return the peak memory [bytes] of replaying so many scans, and the frames that came out."""
     outputs = (f'--{name}={folder}/small.{name}' for name in ('json', 'tum'))
     arguments = ['replay', f'{folder}/scans.mcap', *outputs, f'--out={folder}/small.mcap']
-    write_mcap(folder / 'scans.mcap', small_scans(scans))
+    write_mcap(folder / 'scans.mcap', small_scans(scans, points=points))
     command = [sys.executable, '-m', 'benchmarks.evaluation', *arguments]
     ended = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, check=True)
     frames = json.loads((folder / 'small.json').read_bytes())['summary']['frames']

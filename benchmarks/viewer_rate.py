@@ -32,8 +32,13 @@ class NoWebGL(IdemError):
     """The browser cannot draw, not even in software."""
 
 
-def measure(points=POINTS):
-    """Return the `Goal`s of a page with two clouds of so many points.
+def measure(points=POINTS, seconds=SECONDS, frames=FRAMES):
+    """Return the `Goal`s of a page with two clouds.
+
+    Args:
+        points: of each cloud.
+        seconds: that the view turns, in each trial.
+        frames: that are drawn of all points, in each trial.
 
     Raises:
         NoBrowser: none is installed.
@@ -45,8 +50,8 @@ def measure(points=POINTS):
         browser.open(file.as_uri(), *WINDOW)
         if browser.evaluate("document.getElementById('viewer').classList.contains('flat')"):
             raise NoWebGL('this browser has no WebGL, not even in software')
-        turned = [browser.evaluate(f'viewer.turning({SECONDS})') for _ in range(TRIALS)]
-        whole = [browser.evaluate(f'viewer.framesPerSecond({FRAMES})') for _ in range(TRIALS)]
+        turned = [browser.evaluate(f'viewer.turning({seconds})') for _ in range(TRIALS)]
+        whole = [browser.evaluate(f'viewer.framesPerSecond({frames})') for _ in range(TRIALS)]
         megabytes = file.stat().st_size / 1e6
     rate = float(np.median([each['framesPerSecond'] for each in turned]))
     share = float(np.median([each['share'] for each in turned]))

@@ -1,4 +1,5 @@
 import signal
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +22,22 @@ else:
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark the live tests; keep these, and those of any other module, in one worker each."""
-    spread = config.pluginmanager.hasplugin('xdist')
+    """Mark the live tests; keep these, and those of any other module, in one worker each.
+
+    The live ones begin, which are the longest group; modules of few tests come before those of
+    many, which are short: so both workers end together.
+    """
+    groups = {}
     for item in items:
         live = _is_live(item)
         if live:
             item.add_marker('live')
-        if spread:
-            item.add_marker(pytest.mark.xdist_group('live' if live else item.path.stem))
+        groups[item] = 'live' if live else item.path.stem
+    if config.pluginmanager.hasplugin('xdist'):
+        for item, group in groups.items():
+            item.add_marker(pytest.mark.xdist_group(group))
+        sizes = Counter(groups.values())
+        items.sort(key=lambda item: (groups[item] != 'live', sizes[groups[item]]))
 
 
 def _is_live(item):

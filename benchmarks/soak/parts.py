@@ -52,7 +52,7 @@ class Size:
     is_judged_by_the_clock: bool = True
 
 
-QUICK = Size(6_000, 12_000, 3.0, 3.0, 3.0, 3.0, 1.0, 2, 3.0, is_judged_by_the_clock=False)
+QUICK = Size(6_000, 12_000, 2.0, 2.0, 2.0, 2.0, 1.0, 1, 3.0, is_judged_by_the_clock=False)
 
 
 @dataclass

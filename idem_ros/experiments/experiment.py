@@ -86,6 +86,7 @@ def write_figure(stem, figure):
         metadata = {'CreationDate': None} if path.suffix == '.pdf' else None
         with replacing(path) as temporary:
             figure.savefig(temporary, dpi=DPI, bbox_inches='tight', metadata=metadata)
+        figure.set_layout_engine('none')  # it is laid out now, which takes as long as to draw it
     plt.close(figure)
     return paths
 

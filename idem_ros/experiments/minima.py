@@ -38,8 +38,9 @@ def nearest_minima(distances, axes, offsets):
 
     Each step goes to the least of the eight neighbours, while it is lower.
     """
+    known: dict = {}  # {place: (4,) values}, for the ways down begin alike
     return Distances(
-        *(_descended(distances, metric, axes, offsets) for metric in Distances._fields)
+        *(_descended(distances, number, axes, offsets, known) for number in range(len(STEEPEST)))
     )
 
 
@@ -54,7 +55,8 @@ def _searched(distances, axes, offsets):
         at = tuple(np.clip(cells, 0, last).T)
         places = np.unique(np.stack(at, axis=1), axis=0)
         places = places[np.isnan(found[0][tuple(places.T)])]
-        found[(slice(None), *places.T)] = distances.at(_shifts(axes, offsets, places))
+        if len(places):
+            found[(slice(None), *places.T)] = distances.at(_shifts(axes, offsets, places))
         if stride == 1:
             return found
         cells = cells[_may_hold_least(found, at, stride // 2 * (offsets[1] - offsets[0]))]
@@ -71,13 +73,17 @@ def _may_hold_least(found, at, reach):
     return (found[(slice(None), *at)] - fall <= least + ROUNDED).any(axis=0)
 
 
-def _descended(distances, metric, axes, offsets):
+def _descended(distances, number, axes, offsets, known):
     last = len(offsets) - 1
     place, least = np.full(2, last // 2), np.inf
     while True:
         around = place + NINE
         around = around[((around >= 0) & (around <= last)).all(axis=1)]
-        values = getattr(distances.at(_shifts(axes, offsets, around)), metric)
+        new = [each for each in map(tuple, around.tolist()) if each not in known]
+        if new:
+            found = distances.at(_shifts(axes, offsets, np.array(new)))
+            known.update(zip(new, np.transpose(found), strict=True))
+        values = np.array([known[tuple(each)][number] for each in around.tolist()])
         if values.min() >= least - ROUNDED:
             return float(np.hypot(*offsets[place]))
         place, least = around[np.argmin(values)], values.min()

@@ -132,7 +132,7 @@ def test_rows_bear_unique_names_and_are_found_by_a_part_of_them():
 def test_the_command_measures_one_row_and_takes_the_peers_of_an_earlier_run(tmp_path, capsys):
     pytest.importorskip('small_gicp')
     first, second = tmp_path / 'first.json', tmp_path / 'second.json'
-    command = ['accuracy', '--quick', '--rows', 'density']
+    command = ['accuracy', '--quick', '--rows', 'density', '--jobs', '1']
     assert main([*command, '--json', str(first)]) == 0
     assert json.loads(first.read_text())['rows'][0]['name'] == 'density 10:1'
     assert '| density 10:1' in capsys.readouterr().out

@@ -7,6 +7,12 @@ from idem_ros.core.geometry import se3
 from idem_ros.simulation.body import remeshed_points, surface_points
 
 
+@pytest.fixture(scope='module')
+def cases():
+    """{name: case} of every condition."""
+    return {name: condition(name, 0) for name in CONDITIONS}
+
+
 def placed(case):
     return case.target, se3.transform_points(case.truth, case.source)
 
@@ -35,29 +41,26 @@ def test_a_remeshed_model_has_points_at_even_distances(rng):
 
 
 @pytest.mark.parametrize('name', CONDITIONS)
-def test_both_clouds_are_independent_samplings_of_one_surface(name):
-    case = condition(name, 0)
+def test_both_clouds_are_independent_samplings_of_one_surface(cases, name):
+    case = cases[name]
     target, source = placed(case)
     assert within(source, target, 1e-9) == 0.0
     assert within(source, target, 2.0 * case.spacing) > 0.25
     assert not np.allclose(case.truth, np.eye(4))
 
 
-def test_conditions_are_what_their_names_say():
-    sizes = {name: (len(case.target), len(case.source)) for name, case in ALL.items()}
+def test_conditions_are_what_their_names_say(cases):
+    sizes = {name: (len(case.target), len(case.source)) for name, case in cases.items()}
     assert sizes['density 10:1'] == (POINTS, POINTS // 10)
     assert sizes['noise 25 %'] == (1.25 * POINTS, 1.25 * POINTS)
     assert 0.45 * POINTS < sizes['holes'][0] < 0.6 * POINTS
     assert sizes['similar'][1] == pytest.approx(0.6 * POINTS, rel=0.2)
     for share in (0.5, 0.3):
-        target, source = placed(ALL[f'overlap {100 * share:g} %'])
+        target, source = placed(cases[f'overlap {100 * share:g} %'])
         assert within(source, target, 0.004) == pytest.approx(share, abs=0.06)
 
 
-def test_the_same_seed_gives_the_same_clouds_and_another_seed_others():
+def test_the_same_seed_gives_the_same_clouds_and_another_seed_others(cases):
     again, other = condition('holes', 0), condition('holes', 1)
-    assert np.array_equal(ALL['holes'].source, again.source)
-    assert not np.array_equal(ALL['holes'].target[:100], other.target[:100])
-
-
-ALL = {name: condition(name, 0) for name in CONDITIONS}
+    assert np.array_equal(cases['holes'].source, again.source)
+    assert not np.array_equal(cases['holes'].target[:100], other.target[:100])

@@ -32,10 +32,11 @@ def test_small_scans_are_made_as_they_are_needed_and_the_same_every_time():
 
 
 def test_no_cloud_is_kept_over_a_recording_streamed_from_disk(tmp_path):
-    missed, kept = evaluation.memory(tmp_path, 300, 800)  # 256 guesses are buffered
+    points = 6000  # so many that a few scans kept would show beside all else
+    missed, kept = evaluation.memory(tmp_path, 40, 120, points)
     assert missed.reached
-    assert kept.measured < 12 * evaluation.SCAN_POINTS  # of so few, caches that fill show more
-    assert 'over 300 scans' in kept.figure
+    assert kept.measured < 12 * points  # a cloud takes twice as much
+    assert 'over 40 scans' in kept.figure
     assert kept.at_most == 200
 
 

@@ -38,9 +38,9 @@ def test_both_experiments_succeed_where_points_are_shared_and_where_not(
     pytest.importorskip('matplotlib')
     monkeypatch.setattr(six_dof, 'QUICK_CASES', ('B0-B0.9', 'B0-Bn0.05'))
     monkeypatch.setattr(six_dof, 'QUICK_STARTS', 2)
-    context = Context(tmp_path, model, quick=True, threads=2)
-    for run, name in ((six_dof.run, 'six_dof'), (six_dof.run_independent, 'six_dof_independent')):
-        paths = run(context)
+    experiments = (six_dof.run, 'six_dof', 2), (six_dof.run_independent, 'six_dof_independent', 1)
+    for run, name, threads in experiments:
+        paths = run(Context(tmp_path, model, quick=True, threads=threads))
         assert [path.name for path in paths] == [
             f'{name}.{e}' for e in ('csv', 'png', 'pdf', 'md')
         ]

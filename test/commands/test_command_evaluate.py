@@ -1,6 +1,9 @@
 import json
+import shutil
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -11,23 +14,43 @@ from idem_ros.commands import evaluate, evaluation_lines
 from idem_ros.commands.main import main
 from idem_ros.recording.writer import write_mcap
 
+AGAIN = ['--voxel-size', '0.1', '--jobs', '1', '--out', 'out']
+
+
+def write_drives(folder):
+    """Write recordings of every kind into a folder and one within."""
+    (folder / 'more').mkdir(parents=True)
+    write_mcap(folder / 'a.mcap', scans(np.random.default_rng(1), n=2))
+    write_sqlite3(folder / 'more' / 'b', scans(np.random.default_rng(2), n=3))
+    write_rosbag1(folder / 'more' / 'c.bag', scans(np.random.default_rng(3), n=1))
+
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with recordings of every kind, and one that cannot be read."""
+    """The working folder, with recordings of every kind."""
     monkeypatch.chdir(tmp_path)
-    drives = tmp_path / 'drives'
-    (drives / 'more').mkdir(parents=True)
-    write_mcap(drives / 'a.mcap', scans(np.random.default_rng(1), n=2))
-    write_sqlite3(drives / 'more' / 'b', scans(np.random.default_rng(2), n=3))
-    write_rosbag1(drives / 'more' / 'c.bag', scans(np.random.default_rng(3), n=1))
+    write_drives(tmp_path / 'drives')
     return tmp_path
 
 
-@pytest.fixture
-def broken(folder):
+@pytest.fixture(scope='module')
+def evaluated(tmp_path_factory):
+    """A folder with such recordings and one that cannot be read, evaluated; code and words."""
+    folder, out, err = tmp_path_factory.mktemp('evaluated'), StringIO(), StringIO()
+    write_drives(folder / 'drives')
     (folder / 'drives' / 'z.mcap').write_bytes(b'\x89MCAP0\r\n')
-    return folder
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.chdir(folder)
+        code = main(['evaluate', 'drives', *AGAIN])
+    return folder, (code, out.getvalue(), err.getvalue())
+
+
+@pytest.fixture
+def done(evaluated, tmp_path, monkeypatch):
+    """The working folder, a copy of what was evaluated."""
+    shutil.copytree(evaluated[0], tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 def summary_of(folder):
@@ -65,12 +88,10 @@ def test_every_recording_of_a_folder_is_evaluated(folder, capsys):
     ]
 
 
-def test_a_result_is_that_of_replay(folder, capsys):
-    argv = ['drives/a.mcap', '--voxel-size', '0.1']
-    assert main(['evaluate', *argv, '--jobs', '1', '--out', 'out']) == 0
-    assert main(['replay', *argv, '--json', 'a.json']) == 0
-    (result,) = (json.loads(text) for text in results_in(folder).values())
-    expected = json.loads((folder / 'a.json').read_text())
+def test_a_result_is_that_of_replay(done):
+    assert main(['replay', 'drives/a.mcap', '--voxel-size', '0.1', '--json', 'a.json']) == 0
+    result = json.loads(Path(summary_of(done)['recordings'][0]['result']).read_text())
+    expected = json.loads((done / 'a.json').read_text())
     for record in (result, expected):
         record['summary'].pop('time_ms')
         for frame in record['frames']:
@@ -78,33 +99,23 @@ def test_a_result_is_that_of_replay(folder, capsys):
     assert result == expected
 
 
-def test_without_a_folder_for_results_only_the_table_is_printed(folder, capsys):
-    before = sorted(folder.rglob('*'))
-    assert main(['evaluate', 'drives/a.mcap', 'drives', '--jobs', '1']) == 0
-    assert '3 of 3 recordings' in capsys.readouterr().out  # one of them named twice
-    assert sorted(folder.rglob('*')) == before
-
-
-def test_what_cannot_be_read_is_named_and_the_others_go_on(broken, capsys):
-    assert main(['evaluate', 'drives', '--jobs', '1', '--out', 'out']) == 1
-    out, err = capsys.readouterr()
+def test_what_cannot_be_read_is_named_and_the_others_go_on(evaluated):
+    folder, (code, out, err) = evaluated
+    assert code == 1
     assert 'not evaluated: drives/z.mcap' in out
     (line,) = (each for each in err.splitlines() if 'not evaluated' in each)
     assert line.split('] ')[1].startswith('not evaluated: drives/z.mcap')
     assert line.count('z.mcap') == 1
-    summary = summary_of(broken)
+    summary = summary_of(folder)
     assert (summary['evaluated'], summary['failed']) == (3, 1)
     assert summary['recordings'][-1]['bag'] == 'drives/z.mcap'
     assert 'drives/z.mcap' in summary['recordings'][-1]['reason']
 
 
-def test_called_again_only_what_is_missing_is_done(broken, capsys):
-    argv = ['evaluate', 'drives', '--jobs', '1', '--out', 'out']
-    assert main(argv) == 1
-    before = results_in(broken)
-    capsys.readouterr()
+def test_called_again_only_what_is_missing_is_done(done, capsys):
+    before = results_in(done)
     write_mcap('drives/z.mcap', scans(np.random.default_rng(4), n=1))
-    assert main(argv) == 0
+    assert main(['evaluate', 'drives', *AGAIN]) == 0
     lines = {line.split(' ', 1)[1] for line in capsys.readouterr().err.splitlines()}
     assert lines == {
         'drives/a.mcap: there already',
@@ -112,20 +123,18 @@ def test_called_again_only_what_is_missing_is_done(broken, capsys):
         'drives/more/c.bag: there already',
         'drives/z.mcap: evaluated',
     }
-    assert {name: results_in(broken)[name] for name in before} == before
-    assert summary_of(broken)['pooled']['frames'] == 7
+    assert {name: results_in(done)[name] for name in before} == before
+    assert summary_of(done)['pooled']['frames'] == 7
 
 
-def test_a_recording_that_changed_is_evaluated_beside_its_old_result(folder, capsys):
-    argv = ['evaluate', 'drives/a.mcap', '--jobs', '1', '--out', 'out']
-    assert main(argv) == 0
-    before = results_in(folder)
+def test_a_recording_that_changed_is_evaluated_beside_its_old_result(done):
+    before = results_in(done)
     write_mcap('drives/a.mcap', scans(np.random.default_rng(9), n=3))
-    assert main(argv) == 0
-    after = results_in(folder)
-    assert len(after) == 2
+    assert main(['evaluate', 'drives/a.mcap', *AGAIN]) == 0
+    after = results_in(done)
+    assert len(after) == len(before) + 1
     assert before.items() <= after.items()
-    assert summary_of(folder)['pooled']['frames'] == 3
+    assert summary_of(done)['pooled']['frames'] == 3
 
 
 def test_an_interrupted_evaluation_says_what_is_done_and_goes_on_from_there(
@@ -147,14 +156,12 @@ def test_an_interrupted_evaluation_says_what_is_done_and_goes_on_from_there(
     assert 'there already' in capsys.readouterr().err
 
 
-def test_results_of_other_settings_are_not_mixed_with_these_or_touched(folder, capsys):
-    argv = ['evaluate', 'drives/a.mcap', '--jobs', '1', '--out', 'out']
-    assert main(argv) == 0
-    before = {path: path.read_bytes() for path in (folder / 'out').iterdir()}
+def test_results_of_other_settings_are_not_mixed_with_these_or_touched(done, capsys):
+    before = {path: path.read_bytes() for path in (done / 'out').iterdir()}
     for option in (['--voxel-size', '0.2'], ['--source-topic', 'source']):
-        assert main([*argv, *option]) == 2
+        assert main(['evaluate', 'drives/a.mcap', *AGAIN, *option]) == 2
     assert 'other voxel_size' in capsys.readouterr().err
-    assert {path: path.read_bytes() for path in (folder / 'out').iterdir()} == before
+    assert {path: path.read_bytes() for path in (done / 'out').iterdir()} == before
 
 
 @pytest.mark.parametrize(
@@ -183,11 +190,14 @@ def test_the_same_recording_in_two_places_is_one_result(folder, capsys):
     assert results[0] == results[1]
 
 
-def test_as_a_program_it_evaluates_too(folder):
-    argv = [sys.executable, '-m', 'idem_ros.commands.entry', 'evaluate', 'drives', '--jobs', '1']
+def test_as_a_program_without_a_folder_for_results_it_prints_the_table_and_writes_nothing(folder):
+    before = sorted(folder.rglob('*'))
+    argv = [sys.executable, '-m', 'idem_ros.commands.entry', 'evaluate', '--jobs', '1']
+    argv += ['drives/a.mcap', 'drives']  # one of them named twice
     ended = subprocess.run(argv, capture_output=True, text=True, timeout=300, check=False)
     assert ended.returncode == 0, ended.stderr
     assert '3 of 3 recordings evaluated' in ended.stdout
+    assert sorted(folder.rglob('*')) == before
 
 
 def test_a_full_disk_ends_it_in_one_line_and_keeps_what_is_there(folder, capsys, monkeypatch):
@@ -205,10 +215,6 @@ def test_a_full_disk_ends_it_in_one_line_and_keeps_what_is_there(folder, capsys,
     assert 'a.' in kept
     assert 'b.' not in kept
     assert not list((folder / 'out').glob('.*'))
-    monkeypatch.undo()
-    monkeypatch.chdir(folder)
-    assert main(argv) == 0
-    assert len(results_in(folder)) == 3
 
 
 def test_bars_are_shown_on_a_terminal(monkeypatch, capsys):

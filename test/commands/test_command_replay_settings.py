@@ -110,7 +110,7 @@ def test_an_interruption_before_the_first_result_leaves_no_file(folder, capsys, 
 
     monkeypatch.setattr('idem_ros.commands.replay._progress', interrupting)
     assert main(['replay', 'scans.mcap', '--json', 'r.json']) == 130
-    assert capsys.readouterr().err == 'idem: interrupted\n'
+    assert 'interrupted' in capsys.readouterr().err
     assert not (folder / 'r.json').exists()
 
 

@@ -14,14 +14,14 @@ def few_measures(monkeypatch):
 
 
 def test_the_page_is_named_and_the_exit_code_is_0(tmp_path, capsys):
-    result = write_replayed(tmp_path)
+    result = write_replayed(tmp_path, n=1)
     assert main(['report', str(result), '--out', str(tmp_path / 'report')]) == 0
     assert capsys.readouterr().out.startswith(f'{tmp_path / "report" / "report.html"}: ')
     assert (tmp_path / 'report' / 'report.html').is_file()
 
 
 def test_a_result_of_replay_as_mcap_is_reported_like_that_as_json(tmp_path, capsys):
-    write_replayed(tmp_path)
+    write_replayed(tmp_path, n=2)
     outputs = ['--out', str(tmp_path / 'r.mcap'), '--json', str(tmp_path / 'r.json')]
     assert main(['replay', str(tmp_path / 'scans.mcap'), *outputs]) == 0
     frames = []
@@ -61,7 +61,7 @@ def test_what_a_result_holds_reaches_terminal_csv_and_page_without_controls(tmp_
         for frame in record['frames']:
             frame.update({'status': evil, 'source_frame': evil, evil: 1.5, 'verdict': evil})
 
-    result = changed(write_replayed(tmp_path), change, 'evil')
+    result = changed(write_replayed(tmp_path, n=1), change, 'evil')
     assert main(['report', str(result), '--out', str(tmp_path / 'report')]) == 0
     assert main(['compare', str(result), str(result)]) == 1  # of too few frames
     shown = ''.join(capsys.readouterr())

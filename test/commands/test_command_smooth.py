@@ -6,8 +6,8 @@ import pytest
 from clouds import motion
 from drives import drive, stamps_of, write_drive
 
-from idem_ros.commands import smooth
 from idem_ros.commands.main import main
+from idem_ros.evaluation import worker_processes
 from idem_ros.files.cloud_file import read_cloud
 from idem_ros.files.pose_file import write_tum
 from idem_ros.files.pose_list_file import read_poses
@@ -74,7 +74,7 @@ def test_a_recording_that_the_trajectory_covers_in_part_is_done_in_part(here, ca
 def test_a_trajectory_of_another_recording_is_noticed(here, capsys):
     _, _, other = drive(np.random.default_rng(5), points=10)
     bent = np.array([T @ motion(np.random.default_rng(k), 15.0, 0.5) for k, T in enumerate(other)])
-    write_tum('drive2.tum', stamps_of(16), bent)
+    write_tum('drive2.tum', stamps_of(16)[:7], bent[:7])
     ask = ['drive2.tum' if each == 'drive.tum' else each for each in ASK]
     assert main([*ask, *KEYFRAMES]) == 1
     assert 'steps of drive2.tum' in capsys.readouterr().err
@@ -138,10 +138,10 @@ def test_what_would_be_ignored_is_not_offered(here, capsys, options):
 
 
 def test_an_interrupt_leaves_nothing(here, monkeypatch, capsys):
-    def interrupt(tasks, args):
+    def interrupt(*_, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(smooth, '_done', interrupt)
+    monkeypatch.setattr(worker_processes, 'in_processes', interrupt)
     before = sorted(Path().iterdir())
     assert main([*ASK, *KEYFRAMES]) == 130
     assert capsys.readouterr().err.splitlines()[-1] == 'idem: interrupted'

@@ -21,16 +21,17 @@ def ends_with(error, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ('error', 'code', 'line'),
+    ('error', 'code', 'words'),
     [
-        (IdemError('scan.ply is empty'), 1, 'idem: error: scan.ply is empty\n'),
-        (UsageError('give one guess each'), 2, 'idem: error: give one guess each\n'),
-        (KeyboardInterrupt(), 130, 'idem: interrupted\n'),
+        (IdemError('scan.ply is empty'), 1, 'error: scan.ply is empty'),
+        (UsageError('give one guess each'), 2, 'error: give one guess each'),
+        (KeyboardInterrupt(), 130, 'interrupted'),
     ],
 )
-def test_what_a_user_did_is_one_line_and_a_code(monkeypatch, capsys, error, code, line):
+def test_what_a_user_did_is_one_line_and_a_code(monkeypatch, capsys, error, code, words):
     assert ends_with(error, monkeypatch) == code
-    assert capsys.readouterr().err == line
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line
 
 
 def test_a_mistake_of_ours_is_not_hidden(monkeypatch):
@@ -164,7 +165,8 @@ def test_a_name_that_no_encoding_holds_is_printed_all_the_same(monkeypatch):
 
 def test_a_full_disk_is_one_line(monkeypatch, capsys):
     assert ends_with(OSError(28, 'No space left on device'), monkeypatch) == 1
-    assert capsys.readouterr().err == 'idem: error: [Errno 28] No space left on device\n'
+    (line,) = capsys.readouterr().err.splitlines()
+    assert 'No space left on device' in line
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deadly import Deadly, tasks_of
+from deadly import Deadly, looked_at, tasks_of
 from drives import drive
 
 from idem_ros.commands.main import main
@@ -105,8 +105,9 @@ def test_tasks_of_another_kind_are_done_alike(address, tmp_path):
 
 def test_a_recording_whose_workers_are_killed_too_often_is_named(bags, marks, tmp_path):
     with cluster(tmp_path, allowed_failures=0) as address:
-        found = dict(on_cluster([Deadly(bags[3], marks, times=1)], address, patience=60))
-        others = dict(on_cluster(tasks_of(bags[:1]), address, patience=60))
+        options = {'patience': 60, 'call': looked_at}
+        found = dict(on_cluster([Deadly(bags[3], marks, times=1)], address, **options))
+        others = dict(on_cluster(tasks_of(bags[:1]), address, **options))
     assert found[0].reason == 'its worker was killed, 1 time'
     assert others[0].text
 

@@ -126,15 +126,15 @@ def test_the_region_of_interest_is_outlined_and_dashed_where_it_is_open(model):
 
 @pytest.mark.parametrize('figure', figures_volumes.FIGURES, ids=lambda f: f'figure{f.number}')
 def test_the_volumes_are_written_with_their_region(context, monkeypatch, figure):
-    monkeypatch.setattr(figures_volumes, 'OF_SHIFTS', (5.0, 1.0, 1.0))
-    monkeypatch.setattr(figures_volumes, 'OF_TURNS', (25.0, 5.0, 5.0))
+    monkeypatch.setattr(figures_volumes, 'OF_SHIFTS', (5.0, 2.5, 2.5))
+    monkeypatch.setattr(figures_volumes, 'OF_TURNS', (25.0, 12.5, 12.5))
     monkeypatch.setattr(figures_volumes, 'ALL_SHIFTS', (80.0, 20.0, 20.0))
     monkeypatch.setattr(figures_volumes, 'ALL_TURNS', (180.0, 60.0, 60.0))
     paths = figures_volumes.run(figure, context)
     require_outputs(paths, f'figure{figure.number}')
     rows = rows_of(paths)
     flat = 9**2 + 7**2 if figure.number == 6 else 0
-    assert len(rows) == flat + 2 * 11**3
+    assert len(rows) == flat + 2 * 5**3
     here = [row for row in rows if all(float(row[name]) == 0 for name in 'xyz')]
     assert all(row['inside_roi'] == '1' for row in here if float(row['rx']) == 0
                and float(row['ry']) == 0 and float(row['rz']) == 0)  # fmt: skip

@@ -53,7 +53,7 @@ def test_reading_takes_at_most_ten_times_the_size_of_the_message(message):
     assert peak <= 10 * len(message.data) + SMALL
 
 
-@many
+@some
 @given(messages=st.lists(inputs, min_size=1, max_size=3), voxel_size=st.sampled_from([None, 0.2]))
 def test_good_pair_after_malformed_ones_is_refined(messages, voxel_size):
     pairing = Pairing()

@@ -7,8 +7,10 @@ from node_bench import values_of
 from conftest import ROOT
 from parameter_files import parameters_in
 
+from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.recording.cdr import to_cdr
+from idem_ros.recording.messages import cloud_message
 from idem_ros.recording.reader import open_recording
 
 SOURCES = 1
@@ -28,9 +30,17 @@ def test_node_with_a_parameter_file_of_the_package_aligns_the_demo(bench, file):
                 if len(stamps) == SOURCES:
                     break
                 stamps.append(stamp_ns(message))
-            publishers[topic].publish(to_cdr(message))
+            publishers[topic].publish(to_cdr(thinned(message)))
             if topic == '/initial_guess':
                 b.transform_of(stamps[-1])
     b.until(lambda: len(b.statuses('converged')) == SOURCES)
     verdicts = [values_of(each)['verdict'] for each in b.statuses('converged')]
     assert verdicts == ['aligned'] * SOURCES
+
+
+def thinned(message):
+    """Return a cloud of every third point; another message as it is."""
+    if not hasattr(message, 'data'):
+        return message
+    points = read_points(message).points[::3]
+    return cloud_message(points, stamp_ns(message), message.header.frame_id)

@@ -47,19 +47,26 @@ def test_signal_ends_a_node_that_compiles_without_waiting_for_it(signum, tmp_pat
     assert not segments_of(environment) - before, 'the node left its shared memory behind'
 
 
-@pytest.mark.parametrize('home', [None, '', 'file'])
-def test_node_without_a_home_is_ready_and_says_where_its_log_is(home, tmp_path):
-    environment = {**own_environment(), 'TMPDIR': str(tmp_path), 'ROS_LOG_DIR': '', 'ROS_HOME': ''}
-    environment.pop('HOME', None)
-    if home is not None:
-        (tmp_path / 'file').write_text('')
-        environment['HOME'] = home and str(tmp_path / home)
+def test_node_whose_home_is_no_folder_is_ready_and_says_where_its_log_is(tmp_path):
+    (tmp_path / 'file').write_text('')
+    environment = {**own_environment(), 'TMPDIR': str(tmp_path), 'HOME': str(tmp_path / 'file')}
+    environment |= {'ROS_LOG_DIR': '', 'ROS_HOME': ''}
     with started(NODE, env=environment, **PIPED) as node:
         line = node.stderr.readline()
         wait_for_line(node.stderr, 'ready')
     (folder,) = tmp_path.glob('idem_ros_log_*')
     assert line.startswith(f'log files go to {folder} (')
     assert list(folder.iterdir())
+
+
+@pytest.mark.parametrize('home', [None, ''])
+def test_without_a_home_log_files_go_among_the_temporary_ones(no_home, tmp_path, caplog, home):
+    no_home.setenv('ROS_LOG_DIR', '')
+    no_home.setenv('HOME', home or '')
+    if home is None:
+        no_home.delenv('HOME')
+    assert logging_arguments() == []
+    assert f'log files go to {tmp_path / "tmp"}' in caplog.text
 
 
 def test_environment_that_names_a_folder_for_log_files_is_left_alone(no_home, tmp_path, caplog):

@@ -75,7 +75,7 @@ def test_an_interruption_gives_what_was_done(tmp_path, messages):
 
 
 def test_neither_messages_nor_clouds_are_kept(tmp_path, rng, monkeypatch):
-    monkeypatch.setattr(stamped_poses, 'KEPT', 256)
+    monkeypatch.setattr(stamped_poses, 'KEPT', 64)
     references, alive = [], []
 
     def watching(iterable, total):
@@ -89,10 +89,10 @@ def test_neither_messages_nor_clouds_are_kept(tmp_path, rng, monkeypatch):
         gc.collect()
         return sum(type(each) is Cloud for each in gc.get_objects())
 
-    write_mcap(tmp_path / 'scans.mcap', scans(rng, n=400, points=60))
+    write_mcap(tmp_path / 'scans.mcap', scans(rng, n=100, points=60))
     before = clouds()
     result = replay(tmp_path / 'scans.mcap', progress=watching)
-    assert len(result.frames) == 400
-    assert max(alive[1000:]) == max(alive[800:1000]) < 270  # the guesses are buffered
+    assert len(result.frames) == 100
+    assert max(alive[250:]) == max(alive[200:250]) < 70  # the guesses are buffered
     assert clouds() == before
     assert not any(reference() is not None for reference in references)

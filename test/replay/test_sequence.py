@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clouds import motion, surface
+from clouds import clouds_made_since, motion, surface
 from recordings import FRAMES, START, STEP, scans
 
-from idem_ros.core import Cloud, RegistrationConfig
+from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.recording.messages import cloud_message, transform_message
@@ -213,19 +213,19 @@ def test_an_interruption_gives_what_was_done(odometry, rng):
 @pytest.mark.parametrize('sequence', ['scan', 'submap'])
 def test_memory_is_that_of_the_scans_needed(odometry, rng, sequence):
     held = []
-
-    def watching(messages, total):
-        for message in messages:
-            held.append(sum(len(o) for o in gc.get_objects() if type(o) is Cloud))
-            yield message
-
     messages, _ = walk(rng, n=3 * SCANS_KEPT, points=300)
-    before = sum(len(o) for o in gc.get_objects() if type(o) is Cloud)
-    result = odometry(messages, progress=watching, sequence=sequence)
+    with clouds_made_since() as alive:
+
+        def watching(messages, total):
+            for message in messages:
+                held.append(sum(alive()))
+                yield message
+
+        result = odometry(messages, progress=watching, sequence=sequence)
+        gc.collect()
+        assert alive() == []
     assert len(result.frames) == 3 * SCANS_KEPT - 1
     assert max(held[4 * SCANS_KEPT :]) <= 1.5 * max(held[2 * SCANS_KEPT : 4 * SCANS_KEPT])
-    gc.collect()
-    assert sum(len(o) for o in gc.get_objects() if type(o) is Cloud) <= before
 
 
 def test_what_cannot_be_followed_is_refused(odometry, rng):

@@ -56,7 +56,7 @@ def test_what_can_be_downloaded_is_what_lies_beside(drawn):
 
 
 def test_a_name_that_is_not_utf_8_is_shown_with_its_bytes_escaped(tmp_path):
-    result = write_replayed(tmp_path)
+    result = write_replayed(tmp_path, n=1)
     strange = result.rename(result.with_name('re\udcffsult.json'))
     page = write_report([strange], tmp_path / 'report').read_text()
     assert 're\\udcffsult' in page
@@ -72,7 +72,7 @@ def test_the_same_results_give_the_same_report_to_the_byte(drawn, tmp_path):
 
 
 def test_files_of_several_results_are_told_apart_whatever_they_are_called(tmp_path):
-    result = write_replayed(tmp_path)
+    result = write_replayed(tmp_path, n=1)
     other = changed(result, lambda record: None, 'a <b>&$\n')
     folder = write_report([result, other], tmp_path / 'report').parent
     names = {file.name for file in folder.glob('frames_*.csv')}
@@ -88,7 +88,7 @@ def test_a_full_disk_leaves_nothing(tmp_path, monkeypatch):
     def no_space(*_):
         raise OSError(28, 'No space left on device')
 
-    result = write_replayed(tmp_path)
+    result = write_replayed(tmp_path, n=1)
     before = sorted(tmp_path.iterdir())
     monkeypatch.setattr('pathlib.Path.write_bytes', no_space)  # of the pictures, after the page
     with pytest.raises(UnwritableFile, match='No space left'):

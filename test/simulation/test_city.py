@@ -29,9 +29,10 @@ def test_a_cell_is_the_same_whenever_it_is_made(town):
 
 
 def test_a_town_of_many_cells_keeps_a_few():
-    large = Town(0, 300)
-    for i in range(0, 300, 8):
+    large, places = Town(0, 300), range(8, 8 + 4 * CELLS_KEPT // 3, 4)  # of four cells each
+    for i in places:
         large.near((BLOCK * i, BLOCK * i), 10.0)
+    assert 4 * len(places) > CELLS_KEPT
     assert len(large._cells) <= CELLS_KEPT
 
 

@@ -1,7 +1,11 @@
 """Small clouds and motions that several tests use."""
 
+import gc
+from contextlib import contextmanager
+
 import numpy as np
 
+from idem_ros.core import Cloud
 from idem_ros.core.geometry import se3
 
 
@@ -27,3 +31,14 @@ def error_of(transform, truth):
     """Angle [deg] and distance between two transforms."""
     difference = se3.inverse(truth) @ transform
     return np.rad2deg(se3.rotation_angle(difference)), np.linalg.norm(difference[:3, 3])
+
+
+@contextmanager
+def clouds_made_since():
+    """Yield what returns the sizes of the clouds that were made within and are still alive."""
+    gc.collect()
+    gc.freeze()  # what is there already is not looked through each time
+    try:
+        yield lambda: [len(each) for each in gc.get_objects() if type(each) is Cloud]
+    finally:
+        gc.unfreeze()

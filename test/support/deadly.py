@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 
-from idem_ros.evaluation.one_recording import Task
+from idem_ros.evaluation.one_recording import Outcome, Task
 from idem_ros.replay.settings import Settings
 
 NO_TOPICS = {}
@@ -55,3 +55,8 @@ class Beside:
 
 def tasks_of(bags):
     return [Task(bag, Settings(), NO_TOPICS) for bag in bags]
+
+
+def looked_at(task, progress=None):
+    """What stands for an evaluation where only the processes matter."""
+    return Outcome(task.path, text=f'of {len(task.topics)} topics')

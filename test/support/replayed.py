@@ -1,6 +1,9 @@
 """A small recording and the result of replaying it, as `idem replay --json` writes it."""
 
 import json
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from recordings import scans
@@ -19,11 +22,24 @@ def replayed(folder, messages, **options):
 
 def write_replayed(folder, n=4, name='result', truth=True):
     """Write scans.mcap and a result of its n frames into a folder; return the result's path."""
+    recording, text = _once(n, truth)
+    (folder / 'scans.mcap').write_bytes(recording)
+    record = json.loads(text)
+    record['bag'] = str(folder / 'scans.mcap')
+    path = folder / f'{name}.json'
+    path.write_text(''.join(record_text(record)))
+    return path
+
+
+@cache
+def _once(n, truth):
+    """Return the bytes of a recording and of its result, which many tests begin with."""
     rng = np.random.default_rng(0)
     messages = [each for each in scans(rng, n) if truth or each[0] != '/ground_truth']
-    path = folder / f'{name}.json'
-    path.write_text(''.join(record_text(json_record(replayed(folder, messages)))))
-    return path
+    with TemporaryDirectory() as folder:
+        found = replayed(Path(folder), messages)
+        text = ''.join(record_text(json_record(found)))
+        return (Path(folder) / 'scans.mcap').read_bytes(), text
 
 
 def write_record(path, record):
