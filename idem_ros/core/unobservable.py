@@ -14,7 +14,6 @@ from idem_ros.core.blocks import OutOfTime
 from idem_ros.core.coarse_to_fine import descend, of_its_target
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.measured_points import usual
-from idem_ros.core.metric.noise import share_of_surfaces
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.pair import Pair
 from idem_ros.core.solve.sweep import Sweep
@@ -172,7 +171,7 @@ def _is_doubtful(pair: Pair, descent: Descent, direction: Point) -> bool:
     """Whether the sensor's pattern coincides where a descent ended, or surfaces do elsewhere."""
     assert descent.cost is not None, 'it was gone through'
     balls = descent.cost.balls
-    if min(share_of_surfaces(cloud.own) for cloud in balls.clouds) > pair.tuning.no_lines:
+    if min(shapes.surfaces for shapes in balls.shapes()) > pair.tuning.no_lines:
         return False
     slide, is_pattern = _slides(pair, descent, direction)
     return is_pattern(0.0) or (slide.is_clear() and abs(slide.way) > balls.radius)

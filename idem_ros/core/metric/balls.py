@@ -28,7 +28,9 @@ from idem_ros.core.metric.candidates import (
 )
 from idem_ros.core.metric.cloud import Cloud, Neighbourhoods, neighbourhoods
 from idem_ros.core.metric.entropy import differences_at_each, fill_agreement
+from idem_ros.core.metric.measured_points import mean_and_variance, usual
 from idem_ros.core.metric.moments import TIE
+from idem_ros.core.metric.noise import Shapes, shapes_of
 
 
 class Meeting(NamedTuple):
@@ -69,6 +71,8 @@ class Balls:
         self._pairs: CandidatePairs | None = None
         self._sides_of: CandidatePairs | None = None
         self._sides: Sides | None = None
+        self._spread: tuple[Point, float] | None = None
+        self._shapes: tuple[Shapes, Shapes] | None = None
 
     @property
     def clouds(self) -> tuple[Neighbourhoods, Neighbourhoods]:
@@ -84,6 +88,22 @@ class Balls:
         """
         self.source = self.source._replace(grid=self.source.grid._replace(points=points))
         self._shifted, self._sides_of = max(self._shifted, farthest), None
+        self._spread = None
+
+    def source_spread(self) -> tuple[Point, float]:
+        """Return the mean (3,) of the source's usual points, and their mean square from it.
+
+        In the frame at the source's origin; computed once.
+        """
+        if self._spread is None:
+            self._spread = mean_and_variance(usual(self.source.grid.points))
+        return self._spread
+
+    def shapes(self) -> tuple[Shapes, Shapes]:
+        """Return the `Shapes` of the target's balls, and of the source's; computed once."""
+        if self._shapes is None:
+            self._shapes = shapes_of(self.target.own), shapes_of(self.source.own)
+        return self._shapes
 
     def pairs(self, T_target_source: Transform) -> CandidatePairs:
         """Return the `CandidatePairs` near a transform, enumerated again where it has moved."""

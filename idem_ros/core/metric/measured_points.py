@@ -88,6 +88,20 @@ def usual(points: Points) -> Points:
     return points[(np.abs(points) <= limit).all(axis=1)]
 
 
+@kernel
+def mean_and_variance(points: Points) -> tuple[Point, float]:
+    """Return the mean of (N, 3) points, and their mean squared distance from it."""
+    mean, square, n = np.zeros(3), 0.0, points.shape[0]
+    for i in range(n):
+        for k in range(3):
+            mean[k] += points[i, k]
+    mean /= n
+    for i in range(n):
+        for k in range(3):
+            square += (points[i, k] - mean[k]) ** 2
+    return mean, square / n
+
+
 def checked_points(points: Any) -> Points:
     """Return (N, 3) float64, with NaN where points are masked.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,9 @@ QUARTILE = 0.25  # the flattest balls hold noise alone; the others edges, curvat
 LEAST_MEMBERS = 5  # three of k fix a plane: what is left of k / (k - 3) tells its noise
 # Members along a line, as one ring of a LiDAR leaves them, lie on the ring's cone: no noise shows.
 LEAST_SPREAD = 0.08  # of the second axis against the first, about
+# Balls of real scans and simulated ones have 0.00 to 0.27, of points at random in a volume 0.85
+# to 0.95, in the median.
+ISOTROPIC = 0.6
 SAMPLE, SHAPES = 512, 2000  # balls of each cloud, about: for their thickness, for their shape
 
 
@@ -52,30 +55,20 @@ def thickness_and_members(own: MomentRows) -> tuple[float, float]:
     return float(np.sqrt(quantile(squares, QUARTILE))), quantile(members, 0.5)
 
 
-def share_of_surfaces(own: MomentRows) -> float:
-    """Return how many of the balls that hold a few points hold a surface, 0 to 1; the rest lines.
+class Shapes(NamedTuple):
+    """What the balls of a cloud hold that have a few points; shares, 0 to 1."""
+
+    surfaces: float  # that hold a surface; the others lines
+    volumes: float  # of those not in a row, that spread along all axes alike
+
+
+def shapes_of(own: MomentRows) -> Shapes:
+    """Return the `Shapes` of balls, by a sample: of some thousand a share is known well.
 
     own: (N, 10) moments of the balls.
     """
-    squares, members = _of_sheets(_some(own))
-    return len(squares) / max(len(members), 1)
-
-
-def isotropy(own: MomentRows) -> float:
-    """Return how alike the balls spread along their axes: 0 on a surface, 1 in a volume.
-
-    The median over the balls of a few points of 9 det(S) / (minors(S) trace(S)), S the covariance
-    of a ball and minors the sum of its principal ones.
-
-    own: (N, 10) moments of the balls.
-    """
-    shapes = _isotropies(_some(own))
-    return quantile(shapes, 0.5) if len(shapes) else 0.0
-
-
-def _some(own: MomentRows) -> MomentRows:
-    """Return the moments of every so-many-th ball: a share of some thousand is known well."""
-    return np.ascontiguousarray(own[:: max(len(own) // SHAPES, 1)])
+    balls, surfaces, spread, volumes = _shapes(own, max(len(own) // SHAPES, 1))
+    return Shapes(surfaces / max(balls, 1), volumes / max(spread, 1))
 
 
 def quantile(values: Floats, share: float) -> float:
@@ -118,16 +111,21 @@ def _of_sheets(own: MomentRows) -> tuple[Floats, Floats]:
 
 
 @kernel
-def _isotropies(own: MomentRows) -> Floats:
-    """Return the isotropy of each ball that holds a few points."""
-    found = np.empty(len(own))
-    n = 0
-    for i in range(len(own)):
+def _shapes(own: MomentRows, stride: int) -> tuple[int, int, int, int]:
+    """Count every so-many-th ball: of a few points, surfaces among them, not in a row, volumes.
+
+    With S the covariance of a ball and minors the sum of its principal ones, its isotropy is
+    9 det(S) / (minors(S) trace(S)): 0 on a surface, 1 where all axes are alike.
+    """
+    balls = surfaces = spread = volumes = 0
+    for i in range(0, len(own), stride):
         if own[i, 0] < LEAST_MEMBERS:
             continue
-        s = xx, xy, xz, yy, yz, zz = covariance(row_of(own, i))
-        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
+        balls += 1
+        s = covariance(row_of(own, i))
+        minors, along = trace(adjugate(s)), trace(s)
+        surfaces += minors > LEAST_SPREAD * along * along
         if minors > 0.0:
-            found[n] = 9.0 * max(determinant(s), 0.0) / (minors * (xx + yy + zz))
-            n += 1
-    return found[:n]
+            spread += 1
+            volumes += 9.0 * determinant(s) > ISOTROPIC * minors * along
+    return balls, surfaces, spread, volumes

@@ -23,14 +23,11 @@ from idem_ros.core.arrays import (
     Matrix3,
     Matrix6,
     Point,
-    Points,
     Transform,
     Twists,
 )
 from idem_ros.core.geometry import se3
-from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
-from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.trust.surfaces import ACROSS, PLAIN, SURFACE, Surfaces, surfaces
 
@@ -208,19 +205,5 @@ def middle_and_arm(balls: Balls, T_target_source: Transform) -> tuple[Point, flo
 
     Between the clouds' origins; the arm is a root mean square, and a radius at least.
     """
-    middle, square = _mean_and_variance(usual(balls.source.grid.points))
+    middle, square = balls.source_spread()
     return se3.transform_points(T_target_source, middle), max(np.sqrt(square), balls.radius)
-
-
-@kernel
-def _mean_and_variance(points: Points) -> tuple[Point, float]:
-    """Return the mean of (N, 3) points, and their mean squared distance from it."""
-    mean, square, n = np.zeros(3), 0.0, points.shape[0]
-    for i in range(n):
-        for k in range(3):
-            mean[k] += points[i, k]
-    mean /= n
-    for i in range(n):
-        for k in range(3):
-            square += (points[i, k] - mean[k]) ** 2
-    return mean, square / n

@@ -7,7 +7,6 @@ import numpy as np
 from idem_ros.core.arrays import Floats, Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
-from idem_ros.core.metric.noise import share_of_surfaces
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.trust.agreement import Agreement
@@ -86,7 +85,7 @@ def lack_of(
     if not any((cloud.own[:, 0] >= LEAST_MEMBERS).any() for cloud in balls.clouds):
         reason = 'no ball of points is dense enough to tell a surface by'
         return Lack(Verdict.NOT_CONVERGED, reason, gives_way=True)
-    if max(share_of_surfaces(cloud.own) for cloud in balls.clouds) < LEAST_SHEETS:
+    if max(shapes.surfaces for shapes in balls.shapes()) < LEAST_SHEETS:
         rings = 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
         return Lack(Verdict.NOT_CONVERGED, rings, gives_way=True)
     if not len(observability.along):

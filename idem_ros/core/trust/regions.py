@@ -65,9 +65,10 @@ def by_region(
         lambda share: linearize_met(*what, share, groups, of_sides),
         dealt_out(groups, count, balls.workers),
     )
-    by_kind = sums.reshape(2, -1, 2, SUMS)
-    surfaces, lines = by_kind.sum(axis=1, keepdims=True).transpose(2, 0, 1, 3)
-    here, there = np.concatenate([by_kind.sum(axis=2), lines, surfaces + lines], axis=1)
+    lines = sums[:, 1::2]
+    of_regions = sums[:, ::2] + lines
+    more = [each.sum(axis=1, keepdims=True) for each in (lines, of_regions)]
+    here, there = np.concatenate([of_regions, *more], axis=1)
     _, pulls, stiffness = of_both(here[None], there[None], T[None])
     total = Linearization(pulls[-1], stiffness[-1])
     return Regions(pulls[:-2], stiffness[:-2], places, stiffness[-2], total)

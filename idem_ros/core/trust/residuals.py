@@ -11,12 +11,14 @@ from idem_ros.core.arrays import (
     Floats,
     Matrix6,
     Point,
+    Points,
     RotationMatrix,
     Transform,
     Twist,
     Twists,
 )
 from idem_ros.core.geometry import se3
+from idem_ros.core.jit import kernel
 from idem_ros.core.solve.newton import newton_step
 from idem_ros.core.trust.regions import Regions
 
@@ -55,27 +57,24 @@ def told_by_residuals(
     """
     if held.shape[1] == 0:
         return '', np.zeros((6, 6))
-    regions = regions._replace(places=regions.places - se3.transform_points(T, -origin))
-    weight = np.einsum('gii->g', regions.stiffness[:, 3:, 3:])
+    sensor, R = se3.transform_points(T, -origin), np.ascontiguousarray(T[:3, :3])
+    pulls, stiffness, places = regions[:3]
+    away, turn, by_sector, grown, sums = _about_sensor(pulls, stiffness, places, sensor, R)
+    regions = regions._replace(places=away)
     # what grows may seem to turn, too, what turns hardly grows
-    if _is_growing(regions, weight, held, radius):
+    if _is_growing(regions, grown, sums, held, radius):
         return GROWING, np.zeros((6, 6))
-    half = SHORT / 2 * _turning(regions, weight, T[:3, :3], held, radius)
+    if (by_sector > A_LITTLE * by_sector.mean()).sum() < ALL_AROUND:
+        return '', np.zeros((6, 6))
+    half = SHORT / 2 * _turning(regions, turn, held, radius)
     return TURNING if half.any() else '', np.outer(half, half)
 
 
-def _turning(
-    regions: Regions, weight: Floats, R: RotationMatrix, held: Twists, radius: float
-) -> Twist:
+def _turning(regions: Regions, turn: Floats, held: Twists, radius: float) -> Twist:
     """Return by which motion residuals turn with azimuth, wherever a sweep begins; zeros: none.
 
-    weight: (G,) how firmly regions hold against a translation.
+    turn: (G,) the azimuth of each region, 0 to 1.
     """
-    x, y, _ = (regions.places @ R).T
-    turn = np.arctan2(y, x) / (2.0 * np.pi) % 1.0
-    firm = np.bincount((turn * SECTORS).astype(np.int64) % SECTORS, weight, SECTORS)
-    if (firm > A_LITTLE * firm.mean()).sum() < ALL_AROUND:
-        return np.zeros(6)
     found = [_between_ends(regions, (turn + seam) % 1.0 - 0.5, held, radius) for seam in SEAMS]
     most: Twist = held @ max(found, key=lambda motion: float(motion @ motion))
     return most
@@ -93,15 +92,15 @@ def _between_ends(regions: Regions, time: Floats, held: Twists, radius: float) -
         radius: of the last stage.
     """
     motion, squares = LEAST_TURNING
-    k, share = held.shape[1], np.stack([np.ones(len(time)), time])
-    weights = np.reshape(share[:, None] * share, (4, -1))
-    sums = (weights @ regions.stiffness.reshape(-1, 36)).reshape(2, 2, 6, 6)
-    matrix = (held.T @ sums @ held).transpose(0, 2, 1, 3).reshape(2 * k, 2 * k)
-    step, _ = newton_step(matrix, (share @ regions.pulls @ held).reshape(-1))
+    k = held.shape[1]
+    along = np.ascontiguousarray(held)
+    matrix, gradient = _over_time(regions.pulls, regions.stiffness, time, along)
+    step, _ = newton_step(matrix, gradient)
     apart: Floats = step[k:]
     if np.linalg.norm(apart) < motion * radius:
         return np.zeros_like(apart)
     inverse = np.asarray(np.linalg.pinv(matrix, hermitian=True), np.float64)
+    share = np.stack([np.ones(len(time)), time])
     moved = share.T @ step.reshape(2, k) @ held.T
     left: Floats = regions.pulls + np.einsum('gij,gj->gi', regions.stiffness, moved)
     each = (share.T[:, :, None] * (left @ held)[:, None]).reshape(len(time), -1) @ inverse
@@ -110,27 +109,99 @@ def _between_ends(regions: Regions, time: Floats, held: Twists, radius: float) -
     return apart if is_sure else np.zeros_like(apart)
 
 
-def _is_growing(regions: Regions, weight: Floats, held: Twists, radius: float) -> bool:
+def _is_growing(
+    regions: Regions,
+    grown: Twist,
+    sums: tuple[float, float, float],
+    held: Twists,
+    radius: float,
+) -> bool:
     """Whether residuals surely grow with range, as no motion of the whole undoes.
 
     A region is moved as one, outwards by a share of its range. The deviation is by what the
     regions still pull.
 
-    weight: (G,) how firmly they hold against a translation.
+    grown, sums: of `_about_sensor`.
     """
     pulls, stiffness, places, (motion, squares) = *regions[:3], LEAST_GROWING
-    grown: Floats = np.einsum('gij,gj->gi', stiffness[:, :, 3:], places)
-    of_all = held.T @ regions.total.matrix @ held
-    undone, _ = newton_step(of_all, held.T @ grown.sum(axis=0))
-    alone: Floats = np.tile(held @ undone, (len(places), 1))
-    alone[:, 3:] += places
-    firm = float((alone * grown).sum())
+    undone, _ = newton_step(held.T @ regions.total.matrix @ held, held.T @ grown)
+    common = held @ undone  # what all move by, beside each outwards
+    firm = float(common @ grown) + sums[0]
     if firm <= 0.0:
         return False
-    scale = -float((alone * pulls).sum()) / firm
-    reach = np.sqrt(weight @ (places**2).sum(axis=1) / weight.sum())
-    if abs(scale) * reach < motion * radius:
+    scale = -(float(common @ regions.total.gradient) + sums[1]) / firm
+    if abs(scale) * np.sqrt(sums[2]) < motion * radius:
         return False
+    alone: Floats = np.tile(common, (len(places), 1))
+    alone[:, 3:] += places
     left: Floats = pulls + scale * np.einsum('gij,gj->gi', stiffness, alone)
     pulled: Floats = np.einsum('gi,gi->g', alone, left)
     return (scale * firm) ** 2 >= squares * float(pulled @ pulled)
+
+
+@kernel
+def _about_sensor(
+    pulls: Floats, stiffness: Floats, places: Points, sensor: Point, R: RotationMatrix
+) -> tuple[Points, Floats, Floats, Twist, tuple[float, float, float]]:
+    """Return how G regions lie about a sensor, and what they pull where all grow about it.
+
+    Args:
+        pulls, stiffness, places: of `Regions`.
+        sensor: (3,) in their frame.
+        R: (3, 3) its axes there.
+
+    Returns:
+        Places (G, 3) from the sensor; their azimuths (G,), 0 to 1; how firmly those of each
+        sector hold against a translation; the sum of S p, S the stiffness and p the place as a
+        translation; the sums of p^T S p and p^T g, and the mean square of p, by how firmly each
+        holds.
+    """
+    away, turn, by_sector = np.empty(places.shape), np.empty(len(places)), np.zeros(SECTORS)
+    grown, firm, pull, squares = np.zeros(6), 0.0, 0.0, 0.0
+    for g in range(len(places)):
+        x = y = 0.0
+        for i in range(3):
+            away[g, i] = places[g, i] - sensor[i]
+            x += away[g, i] * R[i, 0]
+            y += away[g, i] * R[i, 1]
+        turn[g] = np.arctan2(y, x) / (2.0 * np.pi) % 1.0
+        weight = stiffness[g, 3, 3] + stiffness[g, 4, 4] + stiffness[g, 5, 5]
+        by_sector[int(turn[g] * SECTORS) % SECTORS] += weight
+        for j in range(3):
+            p = away[g, j]
+            pull += p * pulls[g, 3 + j]
+            squares += weight * p * p
+            for i in range(6):
+                grown[i] += stiffness[g, i, 3 + j] * p
+            for i in range(3):
+                firm += away[g, i] * stiffness[g, 3 + i, 3 + j] * p
+    return away, turn, by_sector, grown, (firm, pull, squares / by_sector.sum())
+
+
+@kernel
+def _over_time(
+    pulls: Floats, stiffness: Floats, time: Floats, held: Twists
+) -> tuple[Floats, Floats]:
+    """Return matrix (2 k, 2 k) and gradient (2 k,) of motions held, and of what they change by.
+
+    Over the time of each region: J^T S J and J^T g, J = [F, t F], F the motions (6, k).
+    """
+    sums, pull, k = np.zeros((3, 6, 6)), np.zeros((2, 6)), held.shape[1]
+    for g in range(len(time)):
+        for i in range(6):
+            pull[0, i] += pulls[g, i]
+            pull[1, i] += time[g] * pulls[g, i]
+            for j in range(6):
+                s = stiffness[g, i, j]
+                sums[0, i, j] += s
+                sums[1, i, j] += time[g] * s
+                sums[2, i, j] += time[g] * time[g] * s
+    matrix, gradient = np.zeros((2 * k, 2 * k)), np.zeros(2 * k)
+    for m in range(2 * k):
+        for i in range(6):
+            along = held[i, m % k]
+            gradient[m] += along * pull[m // k, i]
+            for n in range(2 * k):
+                for j in range(6):
+                    matrix[m, n] += along * sums[m // k + n // k, i, j] * held[j, n % k]
+    return matrix, gradient

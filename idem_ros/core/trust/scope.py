@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from idem_ros.core.arrays import Points, Transform
+from idem_ros.core.arrays import Floats, Points, Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
-from idem_ros.core.metric.noise import isotropy
 from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.scale import scale_left_open
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
@@ -19,10 +18,9 @@ FLAT = 1e-3  # of the radius: no point of a scan in a plane is farther from it
 COARSE = (
     0.25  # of the radius: a room's error grows tenfold from there on, and p says nothing of it
 )
-# Real scans and simulated ones have 0.00 to 0.27, points at random in a volume 0.85 to 0.95.
-MOST_ISOTROPY = 0.6
+MOST_VOLUMES = 0.5  # of the balls: more, and no surface is seen
 FLOAT32_STEP = 2.0**-23  # of a number: the coarsest that float32 rounds it to
-SAMPLE = 1000  # points, about
+FEW, SAMPLE = 64, 1000  # points, about
 
 
 def out_of_scope(target: Cloud, source: Cloud, radius: float) -> str:
@@ -76,18 +74,22 @@ def judged_in_scope(
 
 
 def _filled_volume(balls: Balls) -> str:
-    for name, cloud in zip(('target', 'source'), balls.clouds, strict=True):
-        if isotropy(cloud.own) > MOST_ISOTROPY:
+    for name, shapes in zip(('target', 'source'), balls.shapes(), strict=True):
+        if shapes.volumes > MOST_VOLUMES:
             return f'the {name} holds no surfaces: its points fill a volume, as noise does'
     return ''
 
 
 def _is_flat(points: Points, thickness: float) -> bool:
-    sample = _sampled(points)
-    middle = sample.mean(axis=0)
-    away = sample - middle
-    normal = np.linalg.eigh(away.T @ away)[1][:, 0]
-    return all((np.abs((some - middle) @ normal) <= thickness).all() for some in (sample, points))
+    for count in (FEW, SAMPLE):  # of a few already the best plane tells that others are none
+        sample = points[:: max(len(points) // count, 1)]
+        middle = sample.mean(axis=0)
+        away = sample - middle
+        squares, axes = np.linalg.eigh(away.T @ away)
+        if squares[0] > len(sample) * thickness**2:
+            return False
+    off: Floats = (points - middle) @ axes[:, 0]
+    return bool((np.abs(off) <= thickness).all())
 
 
 def _coarsest_axis(cloud: Cloud, tolerated: float) -> tuple[str, float]:

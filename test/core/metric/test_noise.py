@@ -65,7 +65,7 @@ def test_members_along_lines_are_not_asked_for_noise(rng):
 
 
 @pytest.mark.parametrize('size', [(1, 1, 1), (1, 1, 0.2), (1, 1, 0.01), (1, 0.02, 0.01)])
-def test_isotropy_is_that_of_the_covariances_of_the_balls(rng, size):
+def test_volumes_are_told_by_the_covariances_of_the_balls(rng, size):
     cloud = Cloud(rng.normal(size=(400, 3)) * size)
     own = neighbourhoods([cloud], 0.5)[0]
     expected = []
@@ -74,11 +74,14 @@ def test_isotropy_is_that_of_the_covariances_of_the_balls(rng, size):
         minors = values[0] * values[1] + values[0] * values[2] + values[1] * values[2]
         if moments[0] >= noise.LEAST_MEMBERS:
             expected.append(9 * values.prod() / (minors * values.sum()))
-    assert noise.isotropy(own.own) == pytest.approx(np.median(expected), rel=1e-6)
+    share = np.mean(np.array(expected) > noise.ISOTROPIC)
+    assert noise.shapes_of(own.own).volumes == pytest.approx(share, abs=1e-3)
 
 
 def test_a_plane_is_no_volume_and_points_at_random_are(rng):
     volume = Cloud(rng.random((3000, 3)))
-    assert noise.isotropy(neighbourhoods([Cloud(plane(rng, 0.002))], 0.05)[0].own) < 0.1
-    assert noise.isotropy(neighbourhoods([volume], 0.15)[0].own) > 0.8
-    assert noise.isotropy(np.zeros((5, 10))) == 0.0
+    sheet = neighbourhoods([Cloud(plane(rng, 0.002))], 0.05)[0].own
+    filled = neighbourhoods([volume], 0.15)[0].own
+    assert noise.shapes_of(sheet) == (1.0, 0.0)
+    assert noise.shapes_of(filled).volumes > 0.9
+    assert noise.shapes_of(np.zeros((5, 10))) == (0.0, 0.0)

@@ -3,7 +3,7 @@ import pytest
 
 from idem_ros.core import Cloud, RegistrationConfig, register
 from idem_ros.core.geometry import se3
-from idem_ros.core.trust.residuals import GROWING, TURNING
+from idem_ros.core.trust.residuals import GROWING, TURNING, _over_time
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
 from idem_ros.simulation.room import room
 
@@ -75,3 +75,16 @@ def test_the_same_scale_is_not_suspected_nor_is_a_smear_taken_for_one(scans):
     for source in (still, points):
         result = register(target, source, guess, RegistrationConfig(voxel_size=0.25))
         assert GROWING not in result.assessment.reason
+
+
+@pytest.mark.parametrize('k', [1, 4, 6])
+def test_the_poses_at_both_ends_are_linearised_by_the_regions_times(rng, k):
+    pulls, half, held = rng.normal(size=(30, 6)), rng.normal(size=(30, 6, 6)), np.eye(6)[:, :k]
+    held = held + 0.1 * rng.normal(size=held.shape)
+    stiffness, time = half @ half.transpose(0, 2, 1), rng.uniform(-0.5, 0.5, 30)
+    J = [np.hstack([held, t * held]) for t in time]
+    matrix, gradient = _over_time(pulls, stiffness, time, held)
+    expected = sum(j.T @ S @ j for j, S in zip(J, stiffness, strict=True))
+    np.testing.assert_allclose(matrix, expected, rtol=1e-9, atol=1e-9)
+    pull = sum(j.T @ g for j, g in zip(J, pulls, strict=True))
+    np.testing.assert_allclose(gradient, pull, rtol=1e-9, atol=1e-9)
