@@ -222,12 +222,14 @@ fuzz: $(READY)
 clean:
 	rm -rf $(VENV) .venv-3.* .venv-ros $(SITE) $(INSTALLED) $(NEWEST) $(PINS) build install log *.egg-info
 
+# kernels are compiled here: of the processes of the tests each that begins meanwhile would
 $(READY): setup.py setup.cfg pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo 'Python 3.10 or newer is needed; name one: make PYTHON=python3.12 ...'; exit 1; }
 	@echo 'Setting up $(VENV) (once, about a minute) ...'
 	$(PYTHON) -m venv $(VENV)
 	$(PINNED) $(BIN)/python $(INSTALL) --editable '.[$(EXTRAS)]'
+	$(BIN)/python -c "from idem_ros.core import warm_up; warm_up('solve')"
 	@touch $@
 
 # not the environment of the checkout: nothing of the source is found here, nor is colcon there
