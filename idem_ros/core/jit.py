@@ -3,6 +3,7 @@
 # Numba has no types.
 # pyright: reportUnknownMemberType=false
 
+import gc
 import logging
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -16,6 +17,7 @@ from idem_ros.core.kernel_cache import cache_of, kept_in_words
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 PACKAGE = __name__.partition('.')[0]
+COLLECT_EVERY = 50_000  # objects
 
 
 def compiler(**options: Any) -> Callable[[Function], Function]:
@@ -57,14 +59,23 @@ def inlined(function: Function) -> Function:
     return cast(Any, register_jitable(**_OPTIONS))(function)
 
 
-class _Teller(event.Listener):
-    """Say once that kernels are being compiled, which numba does where its cache is cold."""
+class _Compiling(event.Listener):
+    """Say once that kernels are being compiled, which numba does where its cache is cold.
+
+    The compiler makes objects by the million, most of which stay: the collector looks through them
+    less often meanwhile, which saves a tenth of the time.
+    """
 
     def __init__(self) -> None:
-        self.has_told = False
+        self.has_told, self._depth, self._threshold = False, 0, gc.get_threshold()
 
     def on_start(self, event: Any) -> None:
         """Tell, where the kernel is one of this package."""
+        if self._depth == 0:
+            self._threshold = gc.get_threshold()
+            young, *older = self._threshold
+            gc.set_threshold(max(COLLECT_EVERY, young) if young else 0, *older)  # 0: it is off
+        self._depth += 1
         dispatcher = event.data['dispatcher']
         if not self.has_told and dispatcher.py_func.__module__.startswith(PACKAGE):
             self.has_told = True
@@ -74,7 +85,10 @@ class _Teller(event.Listener):
             )
 
     def on_end(self, event: Any) -> None:
-        """Do nothing: the first result tells."""
+        """Let the collector look as often as before; the first result tells."""
+        self._depth -= 1
+        if self._depth == 0:
+            gc.set_threshold(*self._threshold)
 
 
-event.register('numba:compile', _Teller())
+event.register('numba:compile', _Compiling())

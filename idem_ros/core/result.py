@@ -87,7 +87,7 @@ class RegistrationResult:
 
 def agreement_at(pair: Pair, balls: Balls, T: Transform) -> tuple[Agreement, float]:
     """Return the `Agreement` of a pair's clouds at T, and q_tot (Eq. 8) of its length scale."""
-    both = balls.agreement(T, balls.radius, pair.config.assessment != 'none')
+    both = balls.agreement(T, balls.radius)
     q, reach = (np.concatenate([side[k] for side in both]) for k in range(2))
     sides = both[0].reach, both[1].reach
     overlap = overlap_of(*balls.of, T, balls.radius, sides)

@@ -38,8 +38,8 @@ class Meeting(NamedTuple):
 
     q: Floats  # (N,): q_i (Eq. 7) of the cloud's points
     reach: Floats  # (N,): the other's points in reach
-    # (N, 10), in the grid's order: moments of those in the other's own frame; where there are none
-    # the first is 0; (0, 10): they were not asked for
+    # (N, 10), in the order of the grid: moments of those, in their own frame; where there are none
+    # the first is 0
     moments: MomentRows
 
 
@@ -163,18 +163,15 @@ class Balls:
             differences_at_each(self.source, self.target, back, *size, chosen[1], there),
         )
 
-    def agreement(
-        self, T_target_source: Transform, scale: float, moments: bool = False
-    ) -> tuple[Meeting, Meeting]:
-        """Return the `Meeting` of either cloud, with its moments, or without.
+    def agreement(self, T_target_source: Transform, scale: float) -> tuple[Meeting, Meeting]:
+        """Return the `Meeting` of either cloud.
 
         For q_i and the points in reach each point counts once; lengths are over the scale.
         """
         sides = self.sides(T_target_source)
         motions = zip(*se3.both_ways(T_target_source), strict=True)
         here, there = (
-            self._agreement(*each, scale, moments)
-            for each in zip(self.clouds, sides, motions, strict=True)
+            self._agreement(*each, scale) for each in zip(self.clouds, sides, motions, strict=True)
         )
         return here, there
 
@@ -184,10 +181,9 @@ class Balls:
         side: Side,
         motion: tuple[RotationMatrix, Point],
         scale: float,
-        is_kept: bool,
     ) -> Meeting:
         n, size = len(centres.order), (self.r2, scale)
-        found, moments = np.empty((2, n)), np.empty((n if is_kept else 0, 10))
+        found, moments = np.empty((2, n)), np.empty((n, 10))
 
         def fill(begin: int, end: int) -> None:
             """Fill a block of the centres."""

@@ -110,26 +110,20 @@ def fill_agreement(
         size: squared radius, and what lengths are divided by.
         span: (begin, end) of the centres.
         found: (2, N): q_i and points in reach, of which those of the span are filled.
-        met: (N, 10) likewise: moments of the other cloud's points in reach, in its own
-            frame; or (0, 10): they are not kept.
+        met: (N, 10) likewise: moments of the other cloud's points in reach, in its own frame.
     """
     ((centres, _), (points, weights, first, member)), (R, t), (r2, scale) = side, motion, size
-    cube, is_kept = scale * scale * scale, len(met) > 0
+    cube = scale * scale * scale
     unit_of_det = TWO_PI_E_CUBED / (cube * cube)
     for i in range(span[0], span[1]):
-        found[0, i] = found[1, i] = 0.0
-        if is_kept:
-            met[i, 0] = 0.0
+        found[0, i] = found[1, i] = met[i, 0] = 0.0
         if first[i] == first[i + 1]:
             continue
         x = into_frame(point_of(centres, i), R, t)
         begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
-        if is_kept:
-            m, weighed = ball_moments(x, points, weights, member, begin, end, r2)
-            for c in range(10):
-                met[i, c] = weighed[c]
-        else:  # once more: here the compiler leaves out what is not kept
-            m, _ = ball_moments(x, points, weights, member, begin, end, r2)
+        m, weighed = ball_moments(x, points, weights, member, begin, end, r2)
+        for c in range(10):
+            met[i, c] = weighed[c]
         if m[0] == 0.0:
             continue
         found[1, i] = m[0]

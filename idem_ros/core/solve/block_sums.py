@@ -34,6 +34,7 @@ def of_both(here: Floats, there: Floats, transforms: Transforms) -> tuple[Floats
 
     transforms: (G, 4, 4) T_target_source of each group, or (1, 4, 4) of all.
     """
+    n = transforms.shape[1] + 2  # 6, unknown to the compiler, which would unroll for seconds
     groups, back = here.shape[1], np.empty((6, 6))
     values, pulls, stiffness = np.zeros(groups), np.zeros((groups, 6)), np.zeros((groups, 6, 6))
     pull, matrix, product_ = np.empty(6), np.empty((6, 6)), np.empty((6, 6))
@@ -44,17 +45,17 @@ def of_both(here: Floats, there: Floats, transforms: Transforms) -> tuple[Floats
         if weight == 0.0:  # no ball of the group holds points of both clouds
             continue
         values[g] = _summed(here[:, g, 0]) + _summed(there[:, g, 0])
-        _unpack(there[:, g, 1:], pull, matrix)
-        _unpack(here[:, g, 1:], pulls[g], stiffness[g])
-        for i in range(6):
-            for j in range(6):
+        _unpack(there[:, g, 1:], n, pull, matrix)
+        _unpack(here[:, g, 1:], n, pulls[g], stiffness[g])
+        for i in range(n):
+            for j in range(n):
                 pulls[g, i] -= back[j, i] * pull[j]
                 product_[i, j] = 0.0
-                for k in range(6):
+                for k in range(n):
                     product_[i, j] += matrix[i, k] * back[k, j]
-        for i in range(6):
-            for j in range(6):
-                for k in range(6):
+        for i in range(n):
+            for j in range(n):
+                for k in range(n):
                     stiffness[g, i, j] += back[k, i] * product_[k, j]
     return values, pulls, stiffness
 
@@ -68,13 +69,13 @@ def _summed(sums: Floats) -> float:
 
 
 @inlined
-def _unpack(sums: Floats, pull: Twist, matrix: Matrix6) -> None:
+def _unpack(sums: Floats, n: int, pull: Twist, matrix: Matrix6) -> None:
     """Fill gradient (6,) and matrix (6, 6) with the sum of rows (blocks, 27)."""
-    for i in range(6):
+    for i in range(n):
         pull[i] = 0.0
         for b in range(sums.shape[0]):
             pull[i] += sums[b, i]
-        for j in range(6):
+        for j in range(n):
             matrix[i, j] = 0.0
             for b in range(sums.shape[0]):
                 matrix[i, j] += sums[b, _MATRIX[i, j]]

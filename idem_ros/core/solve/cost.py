@@ -9,7 +9,7 @@ from idem_ros.core.blocks import BLOCK, in_threads, shares
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.block_sums import SUMS, of_both
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.newton import decrement, newton_step
 
 
@@ -66,7 +66,7 @@ class JointEntropy:
     ) -> tuple[Floats, Floats, Floats]:
         balls, T = self.balls, np.ascontiguousarray(T_target_source)[None]
         sums = tuple(np.zeros((1, n, SUMS)) for n in self._blocks)
-        what = balls.sides(T_target_source), T, ball_cost
+        what = balls.sides(T_target_source), NOT_MET, T, ball_cost
         in_threads(
             balls.workers, lambda share: linearize(*what, share, self._block, sums), self._shares
         )

@@ -11,7 +11,6 @@ from typing import TypeAlias
 import numpy as np
 
 from idem_ros.core.arrays import (
-    Centres,
     Floats,
     Indices,
     Integer,
@@ -20,7 +19,6 @@ from idem_ros.core.arrays import (
     RotationMatrix,
     Sides,
     Symmetric,
-    Transform,
     Transforms,
     Triple,
 )
@@ -55,10 +53,13 @@ _Nine: TypeAlias = tuple[float, float, float, float, float, float, float, float,
 SIX: _Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NINE: _Nine = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
+NOT_MET: tuple[MomentRows, MomentRows] = (np.empty((0, 10)), np.empty((0, 10)))
+
 
 @kernel
 def linearize(
     sides: Sides,
+    met: Sequence[MomentRows],
     transforms: Transforms,
     cost: BallCost,
     chosen: Sequence[Indices],
@@ -72,6 +73,8 @@ def linearize(
 
     Args:
         sides: of `Balls.sides`; a twist moves the members.
+        met: (N, 10) moments of the other cloud's points in each ball, in its own frame, of the
+            target's centres and of the source's; `NOT_MET`: they are added up here.
         transforms: (K, 4, 4) T_target_source, at each of which they are added up.
         cost: `BallCost`.
         chosen: (n,) indices of centres, of the target and of the source.
@@ -84,16 +87,20 @@ def linearize(
         turns, ways = both_ways(transforms[at])
         for s in range(2):
             (centres, own), (points, weights, first, member) = sides[s]
-            R, t, its_group, its_sums = turns[s], ways[s], group[s], sums[s][at]
+            R, t, its_met = turns[s], ways[s], met[s]
+            its_group, its_sums = group[s], sums[s][at]
             n, g = np.int64(0), np.int64(0)
             i: int
             for i in chosen[s]:
-                if first[i] == first[i + 1]:
-                    continue
                 p = point_of(centres, i)
-                x = into_frame(p, R, t)
-                begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
-                _, m = ball_moments(x, points, weights, member, begin, end, cost.r2)
+                if len(its_met) > 0:
+                    m = row_of(its_met, i)
+                elif first[i] == first[i + 1]:
+                    continue
+                else:
+                    x = into_frame(p, R, t)
+                    begin, end = np.uint64(first[i]), np.uint64(first[i + 1])
+                    _, m = ball_moments(x, points, weights, member, begin, end, cost.r2)
                 if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
                     continue
                 if n == TOGETHER or its_group[i] != g:
@@ -102,44 +109,6 @@ def linearize(
                 _put(balls, n, p, own[i], m)
                 n += 1
             _add(balls, n, R, cost, its_sums[g])
-
-
-@kernel
-def linearize_met(
-    centres: Sequence[Centres],
-    met: Sequence[MomentRows],
-    T_target_source: Transform,
-    cost: BallCost,
-    chosen: Sequence[Indices],
-    group: Sequence[Indices],
-    sums: Sequence[Floats],
-) -> None:
-    """Do as `linearize` at one transform, where the members across are added up already.
-
-    Args:
-        centres: of the target and of the source, as in `Balls.sides`.
-        met: (N, 10) moments of the other cloud's points in each ball, in its own frame, likewise.
-        T_target_source: (4, 4) there.
-        cost, chosen, group: as for `linearize`.
-        sums: (G, 28), likewise.
-    """
-    balls = np.empty((ROWS, TOGETHER))
-    turns, _ = both_ways(T_target_source)
-    for s in range(2):
-        (points, own), its_met = centres[s], met[s]
-        R, its_group, its_sums = turns[s], group[s], sums[s]
-        n, g = np.int64(0), np.int64(0)
-        i: int
-        for i in chosen[s]:
-            m = row_of(its_met, i)
-            if m[0] == 0.0 or own[i, 0] + m[0] <= MOST_WITHOUT_ENTROPY:
-                continue
-            if n == TOGETHER or its_group[i] != g:
-                _add(balls, n, R, cost, its_sums[g])
-                n, g = np.int64(0), its_group[i]
-            _put(balls, n, point_of(points, i), own[i], m)
-            n += 1
-        _add(balls, n, R, cost, its_sums[g])
 
 
 @inlined

@@ -23,7 +23,7 @@ from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import dealt_out
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.pair import Pair, Stage
 from idem_ros.core.solve.sweep import Sweep
 
@@ -80,7 +80,7 @@ class MovingCost:
         balls = cost.balls
         self._sort_into_bins(balls, T)
         sums = tuple(np.zeros((2, 1, BINS, SUMS)))
-        what = balls.sides(T), T[None], cost.ball_cost
+        what = balls.sides(T), NOT_MET, T[None], cost.ball_cost
         in_threads(
             balls.workers, lambda share: linearize(*what, share, self._bin, sums), self._shares
         )

@@ -9,7 +9,7 @@ from idem_ros.core.arrays import Floats, Matrix6, Transform, Twists
 from idem_ros.core.geometry import se3
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
 from idem_ros.core.trust.observability import Observability
 
@@ -65,7 +65,7 @@ def _sampled(cost: JointEntropy, T: Transform, moves: Floats) -> tuple[Floats, M
     some = tuple(np.arange(0, size, stride) for size in sizes)
     one_group = tuple(np.zeros(size, np.int64) for size in sizes)
     sums = tuple(np.zeros((2, len(places), 1, SUMS)))
-    linearize(balls.sides(T), places, cost.ball_cost, some, one_group, sums)
+    linearize(balls.sides(T), NOT_MET, places, cost.ball_cost, some, one_group, sums)
     here, there = (of_side.reshape(1, -1, SUMS) for of_side in sums)
     _, pulls, stiffness = of_both(here, there, places)
     return pulls, stiffness[0]

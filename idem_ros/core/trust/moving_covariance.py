@@ -11,7 +11,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import in_turn
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
 from idem_ros.core.trust.covariance import FLOOR, firm_and_loose, scatter_of
@@ -41,7 +41,7 @@ def by_region_in_motion(
     count = TIMES * len(places)
     turns = tuple(in_turn(group, count) for group in groups)
     sums = tuple(np.zeros((2, 1, count, SUMS)))
-    linearize(cost.balls.sides(T), T[None], cost.ball_cost, turns, groups, sums)
+    linearize(cost.balls.sides(T), NOT_MET, T[None], cost.ball_cost, turns, groups, sums)
     _, pulls, stiffness = of_both(sums[0], sums[1], T[None])
     pulls, stiffness = pulls.reshape(-1, TIMES, 6), stiffness.reshape(-1, TIMES, 6, 6)
     some = stiffness[:, :, 3, 3].any(axis=1)

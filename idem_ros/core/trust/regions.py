@@ -26,7 +26,7 @@ from idem_ros.core.metric.noise import holds_line
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.groups import dealt_out
-from idem_ros.core.solve.linearization import linearize_met
+from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.trust.observability import Observability
 
 # Edge of the cubes that err together: of the lever arm, and of the radius at least.
@@ -58,11 +58,10 @@ def by_region(
     groups, places = groups_of(balls, T, observability, WHOLE)
     count = 2 * len(places)
     sums = np.zeros((2, count, SUMS))
-    centres = tuple((cloud.grid.points, cloud.own) for cloud in balls.clouds)
-    what, of_sides = (centres, tuple(met), T, cost.ball_cost), tuple(sums)
+    what, of_sides = (balls.sides(T), tuple(met), T[None], cost.ball_cost), tuple(sums[:, None])
     in_threads(
         balls.workers,
-        lambda share: linearize_met(*what, share, groups, of_sides),
+        lambda share: linearize(*what, share, groups, of_sides),
         dealt_out(groups, count, balls.workers),
     )
     lines = sums[:, 1::2]

@@ -14,7 +14,7 @@ from idem_ros.core.metric.cloud import Cloud, neighbourhoods
 from idem_ros.core.metric.entropy import entropy
 from idem_ros.core.metric.moments import AS_MEASURED, ball_moments, rotated
 from idem_ros.core.solve.block_sums import SUMS, of_both
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.pair import _are_alike
 from idem_ros.core.tuning import SOLVER
 
@@ -95,7 +95,7 @@ def linearized(target, source, cost, weights=AS_MEASURED):
     nobody = np.empty(0, np.int64)
     sums, here = tuple(np.zeros((2, 1, 1, SUMS))), np.eye(4)[None]
     chosen, group = (np.arange(len(target)), nobody), np.zeros(len(target), np.int64)
-    linearize((side, side), here, cost, chosen, (group, group), sums)
+    linearize((side, side), NOT_MET, here, cost, chosen, (group, group), sums)
     _, (gradient,), (matrix,) = of_both(*sums, here)
     return gradient, matrix
 

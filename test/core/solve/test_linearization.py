@@ -4,7 +4,7 @@ from costs import joint_entropy
 
 from idem_ros.core import Cloud
 from idem_ros.core.solve.block_sums import SUMS, of_both
-from idem_ros.core.solve.linearization import linearize
+from idem_ros.core.solve.linearization import NOT_MET, linearize
 
 UNTOUCHED = 0x7FF0000000000001  # a signalling NaN: whatever is added to it, be it 0, changes it
 
@@ -20,7 +20,7 @@ def test_no_row_of_the_sums_is_written_but_those_of_the_chosen(rng):
         for each in sums:
             each.view(np.uint64)[:, others] = UNTOUCHED
         some = tuple(np.flatnonzero(each == chosen) for each in group)
-        what = cost.balls.sides(T), T[None], cost.ball_cost
+        what = cost.balls.sides(T), NOT_MET, T[None], cost.ball_cost
         linearize(*what, some, group, sums)
         for each in sums:
             assert (each.view(np.uint64)[:, others] == UNTOUCHED).all()
@@ -34,7 +34,13 @@ def test_at_several_transforms_it_is_what_it_is_at_each(rng):
     one_group = tuple(np.zeros_like(each) for each in everyone)
     sums = tuple(np.zeros((2, 3, 1, SUMS)))
     linearize(
-        cost.balls.sides(transforms[0]), transforms, cost.ball_cost, everyone, one_group, sums
+        cost.balls.sides(transforms[0]),
+        NOT_MET,
+        transforms,
+        cost.ball_cost,
+        everyone,
+        one_group,
+        sums,
     )
     of_each = (of_side.reshape(1, 3, SUMS) for of_side in sums)
     _, gradients, matrices = of_both(*of_each, transforms)

@@ -31,7 +31,7 @@ def at_the_minimum(rng):
     target, source = Cloud(surface(rng, 1200, 0.01)), Cloud(surface(rng, 1100, 0.01))
     cost, T = normal_balance(target, source, 0.3), np.eye(4)
     observability = observability_of(cost, T)
-    met = [side.moments for side in cost.balls.agreement(T, 0.3, moments=True)]
+    met = [side.moments for side in cost.balls.agreement(T, 0.3)]
     return cost, T, observability, by_region(cost, T, observability, met)
 
 

@@ -41,7 +41,7 @@ def is_line(moments):
 def test_regions_add_up_to_the_linearisation(rng):
     target, source = Cloud(surface(rng, 1200, 0.01)), Cloud(surface(rng, 1100, 0.01))
     cost, T = normal_balance(target, source, 0.3), np.eye(4)
-    met = [side.moments for side in cost.balls.agreement(T, 0.3, moments=True)]
+    met = [side.moments for side in cost.balls.agreement(T, 0.3)]
     regions = by_region(cost, T, observability_of(cost, T), met)
     gradient, matrix = cost.linearize(T)
     np.testing.assert_allclose(regions.pulls.sum(axis=0), gradient, atol=1e-9)
