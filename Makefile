@@ -58,7 +58,7 @@ help:
 	@echo 'make colcon  build, check and test with colcon; ARGS="-k worker" goes to pytest'
 	@echo 'make test-ros  run the tests of launch and tf on an installed ROS 2 (docs/ros_tests.md)'
 	@echo 'make soak    hold the node to a working day: ten minutes of large clouds, overload, faults'
-	@echo 'make fuzz    10 000 spoilt recordings, results, maps, poses and so on each; Ctrl-C 50 times a command'
+	@echo 'make fuzz    10 000 spoilt clouds, recordings, results, maps and so on each; Ctrl-C 50 times a command'
 	@echo 'make clean   remove the virtual environments and what was built'
 
 demo: $(READY)

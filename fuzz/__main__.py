@@ -1,4 +1,4 @@
-"""Spoilt recordings, results, parameters, maps, poses and more, thousands of each: `make fuzz`.
+"""Spoilt clouds, recordings, results, parameters, maps and more, thousands of each: `make fuzz`.
 
 Each case is one command of `idem` in a forked process. It must end by itself with exit code 0, 1
 or 2 and at most one line of error, within 10 s of work and 2 GB; else this ends with 1.
@@ -20,6 +20,7 @@ import children  # noqa: E402
 import numpy as np  # noqa: E402
 from recordings import scans  # noqa: E402
 from spoilt_capsules import Capsules  # noqa: E402
+from spoilt_clouds import Clouds  # noqa: E402
 from spoilt_maps import Maps  # noqa: E402
 from spoilt_parameters import Parameters  # noqa: E402
 from spoilt_poses import Poses  # noqa: E402
@@ -31,6 +32,7 @@ from idem_ros.commands.main import main as idem  # noqa: E402
 from idem_ros.recording.writer import write_mcap  # noqa: E402
 
 KINDS = {
+    'clouds': Clouds,
     'recordings': Recordings,
     'results': Results,
     'parameters': Parameters,

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import random
+import re
 import resource
 import selectors
 import shutil
@@ -12,6 +13,7 @@ import signal
 import tempfile
 import time
 import traceback
+import warnings
 from pathlib import Path
 
 from idem_ros.core import blocks
@@ -20,6 +22,8 @@ SECONDS, MEMORY = 10.0, 2 * 2**30  # of one case; [bytes]
 WAIT = 60.0  # [s] of real time, for what waits and does nothing
 BATCH = 40
 MOST_OF_LINE = 2500
+SHOWN = 5  # lines
+WARNED = re.compile(r'\.py:\d+: \w*Warning: ')
 TICKS = os.sysconf('SC_CLK_TCK')
 
 
@@ -111,6 +115,8 @@ class _Child:
 def _run(cases, kind, indices, seed, writing):
     """Run cases, write a line of JSON for each, and end the process."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    for category in (RuntimeWarning, UserWarning):  # of each case, not of the first alone
+        warnings.simplefilter('always', category)
     blocks._pool.cache_clear()  # a fork has no threads; those of the parent would never answer
     size = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (size + MEMORY, size + MEMORY))
@@ -148,6 +154,32 @@ def run_one(cases, kind, index, seed, keep=False):
 
 
 def _fault_of(arguments):
+    """Return the exit code, and what is wrong: what libraries write themselves, too."""
+    with tempfile.TemporaryFile() as past:
+        with _past_python(past):
+            code, fault = _fault_in_python(arguments)
+        past.seek(0)
+        said = past.read().decode(errors='replace').splitlines()
+    # what is logged goes to the stderr of the beginning
+    raw = [line for line in said if not (line.startswith('idem: ') and line.isprintable())]
+    return code, fault or (f'{arguments}: a library says {raw[:SHOWN]}' if raw else '')
+
+
+@contextlib.contextmanager
+def _past_python(file):
+    """Have a file take what is written to stdout and stderr but by Python."""
+    kept = {descriptor: os.dup(descriptor) for descriptor in (1, 2)}
+    try:
+        for descriptor in kept:
+            os.dup2(file.fileno(), descriptor)
+        yield
+    finally:
+        for descriptor, before in kept.items():
+            os.dup2(before, descriptor)
+            os.close(before)
+
+
+def _fault_in_python(arguments):
     from idem_ros.commands.main import main
 
     out, err = io.StringIO(), io.StringIO()
@@ -159,6 +191,9 @@ def _fault_of(arguments):
     except BaseException:
         return None, f'{arguments}: {traceback.format_exc()}'
     said = err.getvalue()
+    warned = [line for line in said.splitlines() if WARNED.search(line)]
+    if warned:
+        return code, f'{arguments}: {warned[:SHOWN]}'
     lines = [line for line in said.splitlines() if line.startswith('idem: error:')]
     if code not in (0, 1, 2):
         return code, f'{arguments}: exit code {code}'

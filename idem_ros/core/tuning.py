@@ -162,6 +162,14 @@ class SolverTuning:
         "confidence in a coarse stage's valley from which on one of the next stages is left out: "
         'saves time',
     )
+    nowhere: float = tuned(
+        0.02,
+        0.0,
+        'bounded, tunnels',
+        'confidence in the valley that the coarse stages ended in, below which no motion is gone '
+        'through again as guessed: of garbage it is 0.003 and less, of scans, be they of bare '
+        'tunnels, 0.12 and more',
+    )
     weak: float = tuned(
         0.06,
         0.0,

@@ -70,6 +70,8 @@ def ended(
 
 def _along_observable(pair: Pair, T_guess: Transform, descent: Descent) -> Found:
     observability = _observability(pair, descent)
+    if descent.confidence < pair.tuning.nowhere:
+        return descent, observability
     weak = _weak_direction(observability, pair.tuning)
     if weak is None:
         if 0 < observability.observable.sum() < 6:

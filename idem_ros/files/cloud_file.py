@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.core.metric.measured_points import near_the_rest
+from idem_ros.core.metric.measured_points import FARTHEST, near_the_rest
 from idem_ros.files.bin_file import read_bin
 from idem_ros.files.npy_file import npy_parts, read_npy
 from idem_ros.files.pcd_file import pcd_parts, read_pcd
@@ -149,9 +149,13 @@ def errors_of(path):
 
 
 def usable_points(points):
-    """Return which of points (N, 3) are usable, which are finite, and which are padding; (N,)."""
-    finite = np.isfinite(points).all(axis=1)
-    zero = ~points.any(axis=1)
+    """Return which of points (N, 3) are usable, which are finite, and which are padding; (N,).
+
+    What is farther than any measurement counts as not finite.
+    """
+    with np.errstate(invalid='ignore'):  # NaNs that signal
+        finite = (np.abs(points) < FARTHEST).all(axis=1)
+        zero = (points == 0.0).all(axis=1)
     padding = zero if zero.sum() > 1 else np.zeros_like(zero)  # one may be of a model
     return finite & ~padding, finite, padding
 

@@ -9,6 +9,7 @@ from idem_ros.files.unreadable import UnreadableCloud
 from idem_ros.terminal.printable import error_line
 
 EXTRA = "install the extra survey: pip install 'idem_ros[survey]'"
+MOST_CHUNK = 1 << 22  # points of LAZ; writers take 50 000
 
 logger = logging.getLogger(__name__)
 
@@ -30,10 +31,27 @@ def las_parts(path, columns=None, most=2**22):
         with laspy.open(path) as las:
             if las.header.point_count == 0:
                 raise UnreadableCloud('it says itself that it holds 0 points')
+            if las.header.are_points_compressed:
+                _refuse_false_chunks(path, las.header)
             for part in las.chunk_iterator(most):
                 yield np.stack([np.asarray(axis) for axis in (part.x, part.y, part.z)], axis=1)
     except laspy.LaspyException as error:
         raise UnreadableCloud(f'it is cut off, damaged or no LAS: {_line(error)}') from error
+
+
+def _refuse_false_chunks(path, header):
+    """Refuse chunks larger than any writer makes, or than the file: they would be allocated."""
+    from lazrs.lazrs import LazVlr, read_chunk_table  # pyright: ignore[reportMissingModuleSource]
+
+    most = max(MOST_CHUNK, header.point_count), path.stat().st_size
+    with path.open('rb') as stream:
+        stream.seek(header.offset_to_point_data)
+        packing = LazVlr(header.vlrs.get('LasZipVlr')[0].record_data)
+        for points, packed in read_chunk_table(stream, packing):
+            if points > most[0] or packed > most[1]:
+                raise UnreadableCloud(
+                    f'it is damaged: a chunk is said to hold {points} points in {packed} bytes'
+                )
 
 
 def read_e57(path, columns=None):

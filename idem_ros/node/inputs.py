@@ -229,8 +229,7 @@ class Inputs:
 
     def _taking(self, name: str, add: Callable) -> Callable:
         def on_messages(*messages):
-            for message in messages:
-                self._note(name, message)
+            self._note(name, messages[-1], len(messages))
             self._complete(add, *messages)
             self._tell_jumps()
             self._tell_refusals()
@@ -270,7 +269,8 @@ class Inputs:
     def _topic_of(self, name: str) -> str:
         return self._node.resolve_topic_name(INPUTS[name].name)
 
-    def _note(self, name: str, message) -> None:
+    def _note(self, name: str, message, count: int = 1) -> None:
+        """Take note of messages that came at once, of which sources come alone."""
         now = time.monotonic()
         self.hearing.note(name)
         lag = None
@@ -278,7 +278,7 @@ class Inputs:
             self._receipts.append((id(message), now))
             if stamp := stamp_ns(message):
                 lag = (self._node.get_clock().now().nanoseconds - stamp) / 1e9
-        self._traffic.note_input(name, now, lag)
+        self._traffic.note_input(name, now, lag, count)
 
     def _receipt_of(self, source) -> float | None:
         # an id is used again only for what came later, which is found first

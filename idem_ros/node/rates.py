@@ -8,7 +8,7 @@ import threading
 from collections import deque
 
 SPAN = 5.0  # [s] that figures are of
-MOST = 20_000  # events kept: 4 kHz over the span
+MOST = 20_000  # times kept: 4 kHz over the span
 
 
 class RecentValues:
@@ -22,24 +22,28 @@ class RecentValues:
     def __init__(self, start: float, span: float = SPAN):
         self._start = start
         self._span = span
-        self._kept: deque[tuple[float, float]] = deque(maxlen=MOST)
+        self._kept: deque[tuple[float, float, int]] = deque(maxlen=MOST)
         self._lock = threading.Lock()
 
-    def add(self, now: float, value: float = 0.0) -> None:
-        """Take note of a value at a time."""
+    def add(self, now: float, value: float = 0.0, count: int = 1) -> None:
+        """Take note of a value at a time, for so many that came then."""
         with self._lock:
-            self._kept.append((now, value))
+            self._kept.append((now, value, count))
             self._forget(now)
 
     def values(self, now: float) -> list[float]:
         """Return the values of the last span, oldest first."""
-        with self._lock:
-            self._forget(now)
-            return [value for _, value in self._kept]
+        return [value for _, value, _ in self._recent(now)]
 
     def rate(self, now: float) -> float:
         """Return how many came per second [Hz], over the span or since the start."""
-        return len(self.values(now)) / max(min(self._span, now - self._start), 1.0)
+        came = sum(count for _, _, count in self._recent(now))
+        return came / max(min(self._span, now - self._start), 1.0)
+
+    def _recent(self, now: float) -> list[tuple[float, float, int]]:
+        with self._lock:
+            self._forget(now)
+            return list(self._kept)
 
     def _forget(self, now: float) -> None:
         while self._kept and self._kept[0][0] <= now - self._span:

@@ -15,6 +15,7 @@ from idem_ros.terminal.printable import error_line
 FAILED = 1
 USAGE_ERROR = 2
 LONGEST_WAIT = 0.1  # [s] from a signal to the end of an idle node
+SWITCH = 5e-4  # [s] that the worker waits for the interpreter, at most: it asks at every kernel
 ONE, MANAGED, RIG = 'idem_node', 'idem_lifecycle_node', 'idem_rig_node'
 REFINES = (
     'Refine the pose of a source cloud in a target cloud, live, from an initial guess. '
@@ -114,6 +115,7 @@ def _spin(node) -> None:
     from idem_ros.node.hearing import PortLost
 
     executor = SingleThreadedExecutor()
+    sys.setswitchinterval(SWITCH)
     executor.add_node(node)
     gc.collect()
     gc.freeze()  # else each full collection looks at all that was imported: a scan waits 50 ms

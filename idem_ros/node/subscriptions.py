@@ -20,6 +20,7 @@ from idem_ros.node.offers import (
     why_unheard,
 )
 from idem_ros.node.subscription_config import AUTO, SubscriptionConfig
+from idem_ros.node.unread import Unread, UnreadableMessage, begins_with_header, unread_of
 
 TF_DEPTH = 100  # as tf2 has it
 IMU_DEPTH = 200  # half a second at 400 Hz
@@ -143,17 +144,30 @@ class Subscriptions:
             incompatible_qos=lambda info: None,  # said by `unheard`, with the remedy
         )
         topic, callback = self._topics[name].name, self._callbacks[name]
+        is_raw = name not in CLOUDS and begins_with_header(kind)
+        read = unread_of(kind) if is_raw else None
 
         def on_message(message):
             """Take all that wait at once: waiting anew for each would be most of the work."""
-            rest = [] if name in CLOUDS else _waiting_in(subscription)
-            callback(message, *rest)
-            time.sleep(min(REST * len(rest), LONGEST_REST))
+            taken = [message] if name in CLOUDS else [message, *_waiting_in(subscription)]
+            if messages := self._readable(name, read, taken) if read else taken:
+                callback(*messages)
+            time.sleep(min(REST * (len(taken) - 1), LONGEST_REST))
 
         subscription = self._node.create_subscription(
-            kind, topic, on_message, quality, event_callbacks=events
+            kind, topic, on_message, quality, event_callbacks=events, raw=is_raw
         )
         return subscription
+
+    def _readable(self, name: str, read: Callable[[bytes], Unread], taken: list[bytes]) -> list:
+        """Return the messages that bytes are; those that are none are lost."""
+        messages = []
+        for content in taken:
+            try:
+                messages.append(read(content))
+            except UnreadableMessage:
+                self._on_lost(name, 1)
+        return messages
 
     def _qualities(self, name: str) -> list[QoSProfile]:
         if name == 'target':

@@ -50,11 +50,14 @@ class Traffic:
         self._lost = dict.fromkeys(self._inputs, 0)
         self._dropped_before, self._lost_before = 0, 0
 
-    def note_input(self, name: str, now: float, lag: float | None) -> None:
-        """Take note of a message; `lag` [s] is from its stamp to its receipt, None: no stamp."""
-        self._inputs[name].add(now)
+    def note_input(self, name: str, now: float, lag: float | None, count: int = 1) -> None:
+        """Take note of messages that came at once.
+
+        lag: [s] from stamp to receipt, None: no stamp.
+        """
+        self._inputs[name].add(now, count=count)
         if name == 'source':
-            self.received += 1
+            self.received += count
             if lag is not None:
                 self._lags.add(now, lag)
 

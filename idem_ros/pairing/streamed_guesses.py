@@ -182,7 +182,8 @@ def _merged(streams, stamp):
 
 
 def _frames(message):
-    return tuple(frame.lstrip('/') for frame in frames_of(message))
+    target, source = frames_of(message)
+    return target.lstrip('/'), source.lstrip('/')
 
 
 def _guess_of(messages, pose):

@@ -52,6 +52,15 @@ def test_the_pairs_of_a_cloud_are_bounded_by_its_points(rng, name, voxel_size):
         assert pairs_of(pair, stage) < 5 * honest
 
 
+def test_clouds_that_agree_nowhere_are_gone_through_once(rng):
+    config = RegistrationConfig(voxel_size=0.1)
+    clouds = Cloud(surface(rng, 4000)), Cloud(rng.uniform(-1, 1, (4000, 3)))
+    pair = prepared(clouds, config=config)
+    descent = descend(pair, I4)
+    assert descent.confidence < SOLVER.nowhere
+    assert left_as_guessed(pair, I4, descent)[0] is descent
+
+
 def pairs_of(pair, stage):
     return pair.balls(stage).pairs(np.eye(4)).of_target.first[-1]
 

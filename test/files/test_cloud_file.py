@@ -109,6 +109,12 @@ def test_points_that_are_not_finite_are_left_out_with_a_warning(tmp_path, caplog
     assert 'of 4 points 2 are not finite' in caplog.text
 
 
+def test_coordinates_beyond_any_measurement_are_left_out_too(tmp_path, caplog):
+    np.save(tmp_path / 'scan.npy', [[1, 2, 3], [1e300, 2, 3], [1, -1e12, 3], [4, 5, 6]])
+    np.testing.assert_array_equal(read_cloud(tmp_path / 'scan.npy'), [[1, 2, 3], [4, 5, 6]])
+    assert 'of 4 points 2 are not finite' in caplog.text
+
+
 def test_several_exact_zeros_are_padding_and_one_is_a_point(tmp_path, caplog):
     (tmp_path / 'one.xyz').write_text('0 0 0\n1 2 3\n')
     (tmp_path / 'two.xyz').write_text('0 0 0\n1 2 3\n0 0 -0\n')

@@ -134,6 +134,23 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path, suffix):
             read_cloud(tmp_path / f'{name}{suffix}')
 
 
+@pytest.mark.parametrize('chunk', [2**31, 2**32 - 2])
+def test_chunks_of_a_laz_that_no_writer_makes_are_refused_before_they_are_allocated(
+    tmp_path, points, chunk
+):
+    laspy = pytest.importorskip('laspy', reason='needs the extra survey')
+    las = laspy.create(point_format=3, file_version='1.4')
+    las.x, las.y, las.z = points.T
+    las.write(tmp_path / 'a.laz')
+    content = bytearray((tmp_path / 'a.laz').read_bytes())
+    at = content.index(b'laszip encoded') + 52 + 12  # of the record that says how it is packed
+    assert content[at : at + 4] == (50_000).to_bytes(4, 'little')
+    content[at : at + 4] = chunk.to_bytes(4, 'little')
+    (tmp_path / 'a.laz').write_bytes(content)
+    with pytest.raises(UnreadableCloud, match='a chunk is said to hold'):
+        read_cloud(tmp_path / 'a.laz')
+
+
 @pytest.mark.parametrize('suffix', ['.las', '.laz'])
 def test_las_is_read_with_scale_and_offset(tmp_path, points, suffix):
     laspy = pytest.importorskip('laspy', reason='needs the extra survey')

@@ -5,7 +5,7 @@ from conftest import ROOT
 
 
 def test_spoilt_files_of_every_kind_end_in_order():
-    kinds = 'recordings', 'results', 'parameters', 'maps', 'poses', 'sweeps', 'capsules'
+    kinds = 'clouds', 'recordings', 'results', 'parameters', 'maps', 'poses', 'sweeps', 'capsules'
     counts = [word for kind in kinds for word in (f'--{kind}', '3')]
     ended = subprocess.run(
         [sys.executable, str(ROOT / 'fuzz'), *counts, '--jobs', '1', '--seed', '1'],

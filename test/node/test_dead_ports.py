@@ -1,6 +1,7 @@
 """A node that starts takes over no port of a killed one."""
 
 import fcntl
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -97,3 +98,18 @@ def port_of_a_node_that_is_killed(environment):
         *range(first, first + PORTS)
     }
     return port
+
+
+def test_segments_that_killed_processes_sent_from_are_removed(shared_memory):
+    dead, living, new = (f'fastrtps_{name * 16}' for name in 'abc')
+    for name in (dead, living, new):
+        for file in (shared_memory / name, shared_memory / f'{name}_el'):
+            file.touch()
+            if name != new:
+                os.utime(file, (0, 0))
+    before = names(shared_memory)
+    with (shared_memory / f'{living}_el').open() as owner:
+        fcntl.flock(owner, fcntl.LOCK_EX)
+        with no_dead_ports(9):
+            pass
+    assert before - names(shared_memory) == {dead, f'{dead}_el'}

@@ -27,6 +27,13 @@ def test_one_event_at_the_start_is_not_taken_for_a_storm():
     assert recent.rate(0.002) == 1.0
 
 
+def test_what_came_at_once_counts_as_often_as_it_came():
+    recent = RecentValues(start=0.0, span=5.0)
+    for i in range(10):
+        recent.add(float(i), count=1000)
+    assert recent.rate(9.5) == pytest.approx(1000.0)
+
+
 def test_values_older_than_the_span_are_forgotten():
     recent = RecentValues(start=0.0, span=5.0)
     for now, value in ((0.0, 1.0), (3.0, 2.0), (6.0, 3.0)):

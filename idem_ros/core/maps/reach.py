@@ -105,14 +105,18 @@ def _axes(codes: Integers) -> tuple[Integers, Integers, Integers]:
 
 def _distinct(codes: Integers) -> Integers:
     """Return what `np.unique` does, which takes twenty times as long: it hashes them."""
-    codes = np.sort(codes)
-    return codes[np.diff(codes, prepend=codes[:1] - 1) != 0]
+    return _without_repeats(np.sort(codes))
+
+
+def _without_repeats(rising: Integers) -> Integers:
+    return rising[np.diff(rising, prepend=rising[:1] - 1) != 0]
 
 
 def _widened(codes: Integers, rings: int) -> Integers:
     for axis in range(3):
         steps = np.arange(-rings, rings + 1) << axis * BITS
-        codes = _distinct((codes[:, None] + steps).ravel())
+        # each step's codes rise: the stable sort merges them, four times as fast as another sorts
+        codes = _without_repeats(np.sort((steps[:, None] + codes).ravel(), kind='stable'))
     return codes
 
 
