@@ -131,9 +131,7 @@ def result_at(
         twist=sweep.twist_of_frame(),
         moved=sweep.distance(),
         motion_flaw=sweep.flaw,
-        path=np.reshape(
-            [from_origins(pair.target, pair.source, each) for each in descent.path], (-1, 4, 4)
-        ),
+        path=from_origins(pair.target, pair.source, np.reshape(descent.path, (-1, 4, 4))),
     )
     return result, agreement
 

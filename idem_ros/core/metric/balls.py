@@ -208,7 +208,7 @@ def between_origins(target: Cloud, source: Cloud, T_target_source: Transform) ->
 
 
 def from_origins(target: Cloud, source: Cloud, T: Transform) -> Transform:
-    """Return T_target_source, given the transform between the frames at the clouds' origins."""
+    """Return T_target_source, or each of (K, 4, 4), given that between the clouds' origins."""
     T_target_source = T.copy()
-    T_target_source[:3, 3] += target.origin - T[:3, :3] @ source.origin
+    T_target_source[..., :3, 3] += target.origin - T[..., :3, :3] @ source.origin
     return T_target_source

@@ -57,7 +57,7 @@ def near_the_rest(points: Points, middle: Point | None = None) -> Mask:
         return np.ones(len(points), bool)
     few = points[:: max(len(points) // SAMPLE, 1)]
     middle = np.median(few, axis=0) if middle is None else middle
-    half, most = far_from(few - middle, 0.5), far_from(few - middle, 0.9)
+    half, most = far_from(few - middle, 0.5, 0.9)
     limit = min(BEYOND_HALF * half, BEYOND_MOST * most) or np.inf
     low, high = bounds(points)
     if (low >= middle - limit).all() and (high <= middle + limit).all():
@@ -66,11 +66,12 @@ def near_the_rest(points: Points, middle: Point | None = None) -> Mask:
     return far <= limit
 
 
-def far_from(points: Points, share: float) -> float:
-    """Return how far along any axis a share of points (N, 3) are at most, but for those at 0."""
-    far = np.abs(points).max(axis=1)
+def far_from(points: Points, *shares: float) -> list[float]:
+    """Return how far along any axis shares of points (N, 3) are at most, but for those at 0."""
+    x, y, z = np.abs(points).T  # numpy takes the most of columns sooner than that of rows
+    far = np.maximum(np.maximum(x, y), z)
     far = np.sort(far[far > 0.0])
-    return float(far[int(share * len(far))]) if len(far) else 0.0
+    return [float(far[int(share * len(far))]) if len(far) else 0.0 for share in shares]
 
 
 def usual(points: Points) -> Points:
@@ -81,7 +82,8 @@ def usual(points: Points) -> Points:
     """
     if len(points) < FEWEST:
         return points
-    limit = BEYOND_USUAL * far_from(points[:: max(len(points) // SAMPLE, 1)], 0.75) or np.inf
+    (upper_quartile,) = far_from(points[:: max(len(points) // SAMPLE, 1)], 0.75)
+    limit = BEYOND_USUAL * upper_quartile or np.inf
     low, high = bounds(points)
     if (low >= -limit).all() and (high <= limit).all():
         return points
