@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.calibration.contradiction import contradiction
-from idem_ros.calibration.fusion import Fused, fused
+from idem_ros.calibration.fusion import MEETS_LITTLE, Fused, fused
 from idem_ros.calibration.instant import Solved, solved
 from idem_ros.calibration.placing import REACH_DEG, REACH_M, is_within, placed
 from idem_ros.calibration.rig_motion import independent, step_between
@@ -90,7 +90,16 @@ def combined(found, steps, config):
     """
     as_good_as = independent(steps, size_found(config) or 0.0)
     numbers = range(len(found[0].poses))
-    return tuple(fused(found, s, config.audit_tolerance, as_good_as) for s in numbers)
+    sensors = tuple(fused(found, s, config.audit_tolerance, as_good_as) for s in numbers)
+    said = sensors[0].verdict
+    if said.verdict not in MEETS_LITTLE:
+        return sensors
+    # what the others say of one another is nothing in the frame of the reference
+    said = replace(said, reason=f'the reference is not: {said.reason}')
+    return sensors[0], *(
+        each._replace(verdict=said) if each.verdict.verdict in USABLE else each
+        for each in sensors[1:]
+    )
 
 
 def _with_contradiction(each, config):

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from idem_ros.core import Verdict
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict
-from idem_ros.core.trust.verdict import LEAST_PROBABILITY
+from idem_ros.core.trust.verdict import LEAST_PROBABILITY, NOTHING_KNOWN
 
 MEETS_LITTLE = Verdict.SEPARATED, Verdict.NOT_CONVERGED
+APART = 'the clouds that it meets do not hang together with the reference'
 SIGMAS = 3.0
 
 
@@ -79,7 +80,10 @@ def _tells(each, s):
 def _unknown(solved, s):
     each = next((each for each in solved if each.instant.clouds[s] is not None), solved[0])
     said = each.verdicts[s]
-    return Fused(each.poses[s], each.covariances[s], said, (), None)
+    if s and said.verdict in USABLE:  # of its own part alone
+        said = CloudVerdict(Verdict.SEPARATED, 0.0, APART)
+    covariance = NOTHING_KNOWN * np.eye(6) if s else np.zeros((6, 6))
+    return Fused(each.poses[s], covariance, said, (), None)
 
 
 def _agreeing(poses, covariances, tolerance):

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from idem_ros.calibration.fusion import MEETS_LITTLE
 from idem_ros.core import Cloud, JointResult, Verdict, register_all
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict
+from idem_ros.core.several.system import parts_of
 
 SILENT = CloudVerdict(Verdict.NOT_CONVERGED, np.nan, 'it has no cloud')
 
@@ -38,7 +40,7 @@ class Solved:
     """(S, 6, 6) x y z rx ry rz of each, in the axes of the reference."""
     verdicts: tuple[CloudVerdict, ...]
     meets: tuple[bool, ...]
-    """Whether each hangs together with the reference."""
+    """Whether each hangs together with the reference, by pairs that meet enough to tell."""
     result: JointResult | None
     """Of the sensors that were heard; None: there were not two."""
     contradiction: float = 1.0
@@ -66,9 +68,16 @@ def solved(instant, starts, config):
     if len(heard) < 2 or heard[0] != 0:
         return Solved(instant, poses, covariances, tuple(verdicts), tuple(meets), None)
     result = register_all([instant.clouds[s] for s in heard], poses[heard], config, held=[0])
-    together = next(part for part in result.parts if 0 in part)
+    together = _together(result, len(heard))
     for k, s in enumerate(heard):
         poses[s] = result.poses[k]
         covariances[s] = result.covariance[6 * k : 6 * k + 6, 6 * k : 6 * k + 6]
-        verdicts[s], meets[s] = result.verdicts[k], k in together and len(together) > 1
+        verdicts[s], meets[s] = result.verdicts[k], bool(together[k]) and together.sum() > 1
     return Solved(instant, poses, covariances, tuple(verdicts), tuple(meets), result)
+
+
+def _together(result, count):
+    """Return which clouds hang together with the first, (count,)."""
+    told = [(edge.i, edge.j) for edge in result.edges if edge.verdict not in MEETS_LITTLE]
+    part = parts_of(np.array(told, int).reshape(-1, 2), count)
+    return part == part[0]

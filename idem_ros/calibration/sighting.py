@@ -13,6 +13,7 @@ from idem_ros.calibration.rig_motion import Motion, at_one_time, is_still, motio
 from idem_ros.core import IdemError
 from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.trust.reasons import WIDER
+from idem_ros.files.cloud_list import refuse_copy
 
 WIDEST = 30 * WIDER  # times one cloud over another: no two sensors differ so, units do
 STANDS = Motion(np.zeros(6), np.zeros((6, 6)))
@@ -52,8 +53,9 @@ def calibrate_sightings(sightings, names, starts, config):
     the sensors' places must be known: so it is calibrated twice.
 
     Raises:
-        Uncalibrated: see `calibrate`; OtherUnits: it says which sensor.
+        Uncalibrated: see `calibrate`; OtherUnits, RepeatedCloud: it says which sensor.
     """
+    _refuse_copies(sightings, names)
     _require_one_unit(sightings, names)
     motions = [_motion(each, config) for each in sightings]
 
@@ -93,6 +95,14 @@ def _instant(sighting, poses, motion):
     )
     by_motion = motion_covariances(sighting.measured, poses, motion.covariance)
     return Instant(sighting.name, clouds, by_motion)
+
+
+def _refuse_copies(sightings, names):
+    for sighting in sightings:
+        seen = {}
+        for name, measured in zip(names, sighting.measured, strict=True):
+            if measured is not None:
+                refuse_copy(name, measured.points, seen)
 
 
 def _width(points):

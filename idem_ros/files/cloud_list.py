@@ -3,6 +3,8 @@
 import hashlib
 from pathlib import Path
 
+import numpy as np
+
 from idem_ros.core import Cloud
 from idem_ros.core.config import AUTO
 from idem_ros.core.exceptions import IdemError, InvalidCloud
@@ -71,12 +73,12 @@ def _cloud(read, file, seen):
 
 
 def refuse_copy(file, points, seen):
-    """Refuse points that a file before had, of {digest: file}, to which it is added.
+    """Refuse points that a file before had in any order, of {digest: file}; it is added.
 
     Raises:
         RepeatedCloud: it says which.
     """
-    digest = hashlib.blake2b(points.tobytes(), digest_size=16).digest()
+    digest = hashlib.blake2b(np.sort(points, axis=0).tobytes(), digest_size=16).digest()
     if digest in seen:
         raise RepeatedCloud(
             f'{file} holds the same points as {seen[digest]}: give each cloud once'

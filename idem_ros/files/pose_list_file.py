@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from idem_ros.core.exceptions import IdemError
+from idem_ros.core.exceptions import IdemError, InvalidTransform
 from idem_ros.core.geometry.se3 import checked_transform, inverse
 from idem_ros.files.atomic_file import replacing
 from idem_ros.files.pose_file import UnreadablePose, lines_of_poses, words_of, write_tum
@@ -111,7 +111,10 @@ def _of_line(number, row):
             raise UnreadablePose(
                 f'line {number} has 7 numbers; a TUM line begins with a time: put 0 before it'
             )
-        return matrix_from(row[1:4], row[4:])
+        try:
+            return matrix_from(row[1:4], row[4:])
+        except InvalidTransform as error:
+            raise InvalidTransform(f'line {number}: {error}') from error
     if len(row) == 4:
         raise UnreadablePose(f'line {number} has 4 numbers among poses that fill a line each')
     return np.reshape([*row, *LAST_ROW][:16], (4, 4))

@@ -33,6 +33,26 @@ def test_a_rig_is_calibrated_from_one_instant(rng):
     assert found.sensors[1].spread is None
 
 
+def test_sensors_that_meet_each_other_but_not_the_reference_are_not_calibrated(rng):
+    truth = extrinsics(rng)
+    rows = sightings(rng, truth, instants=2)
+    for row in rows:
+        row[0] = row[0] + (50.0, 0.0, 0.0)
+    found = calibrate(instants_of(rows), truth, CONFIG)
+    assert found.usable == [False] * 3
+    assert 'hang together with the reference' in found.sensors[1].verdict.reason
+    assert found.sensors[1].covariance[0, 0] > 1e5
+
+
+def test_where_too_little_meets_the_reference_nothing_is_said_in_its_frame(rng):
+    truth = extrinsics(rng)
+    rows = sightings(rng, truth, instants=2)
+    for row in rows:
+        row[0] = row[0][:60]
+    found = calibrate(instants_of(rows), truth, CONFIG)
+    assert found.usable == [False] * 3
+
+
 def test_starts_may_be_45_degrees_off(rng):
     truth = extrinsics(rng)
     found = calibrate(instants_of(sightings(rng, truth)), off(rng, truth, 45.0, 0.3), CONFIG)

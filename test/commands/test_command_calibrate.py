@@ -1,5 +1,6 @@
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -263,6 +264,22 @@ def test_fewer_instants_than_asked_for_are_said_and_truth_is_compared(tmp_path, 
     assert 'truth.yaml: 2 poses' in capsys.readouterr().out
     told = starts_of(read_starts(tmp_path / 'truth.yaml', SENSORS), SENSORS)
     np.testing.assert_allclose(told, poses, atol=1e-8)
+
+
+def test_two_topics_of_the_same_points_are_refused(tmp_path, rng, capsys):
+    poses, path = extrinsics(rng), tmp_path / 'rig.mcap'
+    messages = list(recording(rng, poses, told=poses))
+    copies = [
+        ('/again', time, replace(cloud, header=replace(cloud.header, frame_id='again')))
+        for topic, time, cloud in messages
+        if topic == '/left'
+    ]
+    write_mcap(path, [*messages, *copies])
+    places = ', '.join(f'{name}: {{parent: base}}' for name in (*SENSORS, 'again'))
+    (tmp_path / 'start.yaml').write_text(f'sensors: {{{places}}}')
+    names = ['--start', str(tmp_path / 'start.yaml')]
+    assert main(['calibrate', str(path), *names, *VOXELS]) == 1
+    assert 'left holds the same points as again' in capsys.readouterr().err
 
 
 def test_a_simulated_rig_is_recorded_with_starts_and_truth(tmp_path):
