@@ -267,6 +267,15 @@ class SolverTuning:
         'finer voxels are of no use',
         acts_on_auto=True,
     )
+    least_sure: float = tuned(
+        0.15,
+        0.0,
+        'voxels',
+        'share of the balls of many points, where there are none of those of few, whose surface a '
+        'ball twice as wide holds, too, and is no fan of a ring that noise spreads: 0.1 at most '
+        'where rings lie apart, 0.28 and more at sizes that suit real scans',
+        acts_on_auto=True,
+    )
     few_points: float = tuned(
         4_000,
         1,

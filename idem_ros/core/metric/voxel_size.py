@@ -13,9 +13,20 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Indices, Points, Weights
+from idem_ros.core.arrays import (
+    Floats,
+    Indices,
+    Integers,
+    Integers32,
+    Mask,
+    Point,
+    Points,
+    Weights,
+)
 from idem_ros.core.config import AUTO, VOXEL_SIZES, RegistrationConfig
-from idem_ros.core.geometry.voxels import reduce_to_voxels
+from idem_ros.core.geometry.grid import bounds
+from idem_ros.core.geometry.symmetric3 import thinnest_axis
+from idem_ros.core.geometry.voxels import reduce_to_voxels, voxel_of
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.moments import AS_MEASURED
 from idem_ros.core.tuning import SOLVER, SolverTuning
@@ -28,6 +39,9 @@ PER_OCTAVE = 2
 # Steps: a ball among voxels reaches as far as a cube of twice their edge, but holds most of its
 # points nearer to the middle, where it may be one ring.
 BALL, CORE = 2, 1
+# What noise makes of a ring, along its rays, is flat and has no thickness: a fan. A surface is one
+# in the cube twice as wide, too, where that of a fan is a line, or a surface across it.
+DOUBLE, ALIKE = 2, 0.7  # steps; least cosine between the two normals
 FEWEST, MANY = 5, 10  # points that show how thick a surface is, and whether they are a line
 LEAST_SPREAD = 0.08  # of the second axis of a surface against the first, about
 LEAST_CUBES = 30  # fewer say nothing of a cloud
@@ -35,8 +49,17 @@ ALONE = 2 / 3  # of the points: voxels that are as many hold one point each
 SAMPLE = 8_000  # points, about, in cubes that are looked at whole
 CUBES, LEAST_SAMPLED = 400, 48  # of them in the cloud, at least, and of those looked at
 COARSE_SAMPLE = 4_096  # points that tell how many there are
-WIDENINGS = 4  # steps coarser than that, where balls still hold lines
-MOST_STEPS = 20  # down the ladder: of copies voxels never become as many as points
+WIDENINGS = 8  # steps coarser than that, where balls still hold lines
+MOST_STEPS = 26  # down the ladder: of copies voxels never become as many as points
+
+
+class _Cubes(NamedTuple):
+    """The M cubes of a step that points fill, and the surface in each."""
+
+    mean: Points  # (M, 3) of the points
+    members: Floats  # (M,)
+    thickness: Floats  # (M,): of the surface; -1: there is none
+    normal: Points  # (M, 3)
 
 
 class Fit(NamedTuple):
@@ -119,7 +142,7 @@ def fit_of(points: Points, tuning: SolverTuning = SOLVER) -> Fit | None:
     if len(points) < FEWEST or span == 0.0:
         return None
     step = _cube(few, int(np.ceil(PER_OCTAVE * np.log2(span))))
-    cubes = len(_cubes(few, step))
+    cubes = len(_filled(few, step))
     one_in = max(min(len(points) // SAMPLE, cubes // LEAST_SAMPLED), 1)
     some = _in_chosen(points, edge(step), one_in)
     sampled = points[some] if one_in > 1 and len(some) else points
@@ -140,18 +163,19 @@ def _down_the_ladder(
     points that the finest fills.
     """
     least, most = limits
-    cubes = {k: _cubes(sampled, k) for k in range(step, step + WIDENINGS + BALL + 1)}
-    while one_in * len(cubes[step]) < least and len(cubes) < MOST_STEPS:
+    low, widest = bounds(sampled)[0], WIDENINGS + BALL + DOUBLE
+    cubes = {k: _cubes(sampled, k) for k in range(step, step + widest + 1)}
+    while one_in * len(cubes[step].mean) < least and len(cubes) < MOST_STEPS:
         step -= 1
         cubes[step] = _cubes(sampled, step)
     wider = range(step, step + WIDENINGS + 1)
-    coarsest = next((k for k in wider if _suits(cubes, k, tuning)), step)
-    voxels, step = [one_in * len(cubes[coarsest])], coarsest - 1
+    coarsest = next((k for k in wider if _suits(cubes, k, low, tuning)), step)
+    voxels, step = [one_in * len(cubes[coarsest].mean)], coarsest - 1
     while coarsest not in wider[1:] and len(cubes) < MOST_STEPS:
         cubes[step] = _cubes(sampled, step)
-        if len(cubes[step]) > most or not _suits(cubes, step, tuning):
+        if len(cubes[step].mean) > most or not _suits(cubes, step, low, tuning):
             break
-        voxels.append(one_in * len(cubes[step]))
+        voxels.append(one_in * len(cubes[step].mean))
         step -= 1
     return coarsest, tuple(voxels)
 
@@ -159,25 +183,53 @@ def _down_the_ladder(
 def _cube(few: Points, step: int) -> int:
     """Return the step at which a sample of points fills some hundreds of cubes."""
     for finer in range(step, step - MOST_STEPS, -1):
-        if len(_cubes(few, finer)) >= min(CUBES, len(few) // 3):
+        if len(_filled(few, finer)) >= min(CUBES, len(few) // 3):
             return finer
     return step
 
 
-def _cubes(points: Points, step: int) -> Weights:
-    """Return weight and scatter (M, 7) of the cubes that points fill."""
-    return reduce_to_voxels(points, AS_MEASURED, edge(step))[1]
+def _cubes(points: Points, step: int) -> _Cubes:
+    """Return the `_Cubes` of a step that points fill."""
+    mean, weights = reduce_to_voxels(points, AS_MEASURED, edge(step))
+    return _Cubes(mean, np.ascontiguousarray(weights[:, 0]), *_shapes(weights))
 
 
-def _suits(cubes: dict[int, Weights], step: int, tuning: SolverTuning) -> bool:
-    """Whether the cubes {step: weight and scatter} hold thin surfaces; unknown: yes."""
-    thickness, _, _ = _shapes(cubes[step + BALL])
+def _filled(points: Points, step: int) -> Points:
+    """Return the means, (M, 3), of the points in the cubes of a step that they fill."""
+    return reduce_to_voxels(points, AS_MEASURED, edge(step)).mean
+
+
+def _suits(cubes: dict[int, _Cubes], step: int, low: Point, tuning: SolverTuning) -> bool:
+    """Whether the cubes of each step hold thin surfaces; unknown: yes.
+
+    low: (3,) corner of all of them.
+    """
+    balls, core = cubes[step + BALL], cubes[step + CORE]
+    surfaces = _are_surfaces(cubes, step + BALL, low)
+    thickness = balls.thickness[surfaces]
     if len(thickness) >= LEAST_CUBES:
         quartile = np.partition(thickness, len(thickness) // 4)[len(thickness) // 4]
         if quartile > tuning.most_thickness * edge(step):
             return False
-    _, surfaces, many = _shapes(cubes[step + CORE])
-    return many < LEAST_CUBES or surfaces >= tuning.least_surfaces * many
+    many = core.members >= MANY
+    if many.sum() >= LEAST_CUBES:
+        if (core.thickness[many] >= 0.0).mean() < tuning.least_surfaces:
+            return False
+        surfaces = _are_surfaces(cubes, step + CORE, low)[many]
+    else:
+        surfaces = surfaces[balls.members >= FEWEST]
+    return len(surfaces) < LEAST_CUBES or bool(surfaces.mean() >= tuning.least_sure)
+
+
+def _are_surfaces(cubes: dict[int, _Cubes], step: int, low: Point) -> Mask:
+    """Return which cubes of a step, (M,), hold a surface that those twice as wide hold, too."""
+    each, wider = cubes[step], cubes[step + DOUBLE]
+    room = len(each.mean) + len(wider.mean)
+    table = np.full(1 << (2 * room - 1).bit_length(), -1, np.int32), np.empty((room, 3), np.int64)
+    which = _within(wider.mean, each.mean, low, edge(step + DOUBLE), table)
+    alike = np.abs(np.einsum('ij,ij->i', each.normal, wider.normal[which])) > ALIKE
+    found: Mask = (each.thickness >= 0.0) & (wider.thickness[which] >= 0.0) & alike
+    return found
 
 
 @kernel
@@ -195,13 +247,39 @@ def _in_chosen(points: Points, size: float, one_in: int) -> Indices:
 
 
 @kernel
-def _shapes(weights: Weights) -> tuple[Floats, int, int]:
-    """Return the thickness of each surface, and of cubes of many points the surfaces and all.
+def _within(
+    wider: Points,
+    places: Points,
+    low: Point,
+    size: float,
+    table: tuple[Integers32, Integers],
+) -> Integers:
+    """Return which of the wider cubes, by their means, each place (N, 3) lies in.
 
-    Weights (N, 7) are weight and scatter of cubes. A surface's determinant over the sum of its
+    table: room for the slots and the corners of both.
+    """
+    slots, corners = table
+    found, mask = np.empty(len(places), np.int64), slots.shape[0] - 1
+    for i in range(len(wider) + len(places)):
+        p = wider[i] if i < len(wider) else places[i - len(wider)]
+        x, y, z = p[0] - low[0], p[1] - low[1], p[2] - low[2]
+        n = min(i, len(wider))
+        v = voxel_of(
+            np.int64(x / size), np.int64(y / size), np.int64(z / size), slots, mask, corners, n
+        )
+        if i >= len(wider):
+            found[i - len(wider)] = v if v < len(wider) else 0  # rounded off its cube: any
+    return found
+
+
+@kernel
+def _shapes(weights: Weights) -> tuple[Floats, Points]:
+    """Return thickness (M,) and normal (M, 3) of the surface in each cube; -1: there is none.
+
+    Weights (M, 7) are weight and scatter of cubes. A surface's determinant over the sum of its
     principal minors is the least eigenvalue; three of k points fix a plane, the others its noise.
     """
-    thickness, n, surfaces, many = np.empty(len(weights)), 0, 0, 0
+    thickness, normal = np.full(len(weights), -1.0), np.zeros((len(weights), 3))
     for i in range(len(weights)):
         k = weights[i, 0]
         if k < FEWEST:
@@ -209,11 +287,8 @@ def _shapes(weights: Weights) -> tuple[Floats, int, int]:
         xx, xy, xz = weights[i, 1] / k, weights[i, 2] / k, weights[i, 3] / k
         yy, yz, zz = weights[i, 4] / k, weights[i, 5] / k, weights[i, 6] / k
         minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
-        is_surface = minors > LEAST_SPREAD * (xx + yy + zz) ** 2
-        many += k >= MANY
-        if is_surface:
+        if minors > LEAST_SPREAD * (xx + yy + zz) ** 2:
             det = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
-            thickness[n] = np.sqrt(max(det, 0.0) / minors * k / (k - 3.0))
-            n += 1
-            surfaces += k >= MANY
-    return thickness[:n], surfaces, many
+            thickness[i] = np.sqrt(max(det, 0.0) / minors * k / (k - 3.0))
+            normal[i, 0], normal[i, 1], normal[i, 2] = thinnest_axis((xx, xy, xz, yy, yz, zz))
+    return thickness, normal

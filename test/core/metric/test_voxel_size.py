@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from idem_ros.core import Cloud, InvalidConfig, RegistrationConfig, register
+from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.core.metric.voxel_size import common_voxel_size, edge, fit_of, with_voxel_size
+from idem_ros.simulation.lidar import Lidar, scan
+from idem_ros.simulation.scene import Scene, box
 
 
 def ringed(rng, rings, beams=1800, noise=0.005, shift=0.0):
@@ -144,3 +147,17 @@ def test_copies_of_points_make_no_finer_voxels(rng, copies):
     points = walls(rng, 6000, 0.005)
     once, often = (common_voxel_size(fit_of(np.repeat(points, k, 0))) for k in (1, copies))
     assert once <= often <= 2 * once
+
+
+@pytest.mark.parametrize(('rings', 'noise'), [(8, 0.01), (8, 0.02), (16, 0.02)])
+def test_rings_that_noise_spreads_along_their_rays_are_no_surfaces(rings, noise):
+    inner, outer = np.array([3.0, 3.0, 1.4]), np.array([4.0, 4.0, 2.4])
+    sides = [(axis, sign) for axis in range(3) for sign in (-1.0, 1.0)]
+    low, high = np.tile(-outer, (6, 1)), np.tile(outer, (6, 1))
+    for k, (axis, sign) in enumerate(sides):
+        (high if sign < 0 else low)[k, axis] = sign * inner[axis]
+    walls_ = Scene(boxes=[box(*ends) for ends in zip(low, high, strict=True)])
+    lidar = Lidar(rings=rings, azimuth_steps=900, range_noise_m=noise)
+    for seed in range(4):
+        cloud = scan(walls_, se3.translation([0.3, 0.2, 0.0]), lidar, np.random.default_rng(seed))
+        assert size_of(cloud, cloud) > 0.17
