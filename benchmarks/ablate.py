@@ -16,7 +16,7 @@ from idem_ros.core import RegistrationConfig, register, warm_up
 from idem_ros.core.trust.verdict import Verdict
 from idem_ros.core.trust_tuning import TrustTuning
 from idem_ros.core.tuning import SolverTuning, tuned_numbers
-from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.evaluation.worker_processes import worker_pool
 
 AS_TUNED, AT_AUTO = '', 'auto'  # all as tuned, with the case's voxel size and with that found
 

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.case import LEVELS, displacement, errors, starts, succeeded
 from benchmarks.methods import IDEM, PEERS, Setting, idem_solver, peer_solvers
 from idem_ros.core import warm_up
-from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.evaluation.worker_processes import worker_pool
 
 TRIAL = 4  # starts of one case after which only the best of a peer's settings goes on
 

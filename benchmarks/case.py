@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core import Cloud, search_radius
-from idem_ros.replay.pose_error import rotation_error_deg
+from idem_ros.replay.frames import rotation_error_deg
 
 LEVELS = ((1, 2.0), (2, 5.0), (4, 10.0), (8, 15.0))
 """(multiple of the spacing, degrees) that starts are off the truth."""

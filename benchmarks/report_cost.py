@@ -11,7 +11,7 @@ from benchmarks.goal import Goal
 from idem_ros.core import RegistrationConfig
 from idem_ros.replay.run import replay
 from idem_ros.report.folder import write_report
-from idem_ros.results.record_text import record_text
+from idem_ros.results.result_file import record_text
 from idem_ros.results.summary import json_record
 
 FRAMES = 1000

@@ -46,7 +46,7 @@ def _run(args):
     from benchmarks.tunnels import page
     from benchmarks.tunnels.trials import trial
     from idem_ros.core import warm_up
-    from idem_ros.evaluation.worker_pool import worker_pool
+    from idem_ros.evaluation.worker_processes import worker_pool
 
     trials = args.trials or (QUICK_TRIALS if args.quick else TRIALS)
     if trials < len(page.BARE):

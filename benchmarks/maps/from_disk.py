@@ -16,8 +16,8 @@ from benchmarks.goal import Goal
 from benchmarks.maps.town import Town
 from idem_ros.core import MapCloud, RegistrationConfig, register, warm_up
 from idem_ros.files.pcd_file import write_pcd
-from idem_ros.maps.cutting import cut_map
 from idem_ros.maps.open_map import open_map
+from idem_ros.maps.tile_writer import cut_map
 
 FILE, TILES = 'town.pcd', 'tiles'
 TILE = 100.0  # [m]

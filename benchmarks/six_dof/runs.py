@@ -14,7 +14,7 @@ from benchmarks.six_dof.independent import independent_case
 from idem_ros.core import RegistrationConfig, warm_up
 from idem_ros.core.metric.displacement import centroid, displaced
 from idem_ros.core.metric.region_of_interest import FARTHEST, STEPS_PER_RADIUS, region_along_axes
-from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.evaluation.worker_processes import worker_pool
 from idem_ros.experiments.conditions import Case, make_case
 from idem_ros.experiments.experiment import settings_of
 from idem_ros.experiments.maps import count_in_common, landscape_of

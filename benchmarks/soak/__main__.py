@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.loopback import loopback_environment
+from idem_ros.node.environment import loopback_environment
 
 OK, MISSED = 0, 1
 

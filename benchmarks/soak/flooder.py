@@ -17,8 +17,7 @@ from sensor_msgs.msg import PointCloud2
 
 from benchmarks.soak.stream import SOURCE, TARGET, stamped
 from idem_ros.node.player import playing_node
-from idem_ros.recording.cdr import to_cdr
-from idem_ros.recording.messages import cloud_message, transform_message
+from idem_ros.recording.messages import cloud_message, to_cdr, transform_message
 
 RATES = {'guesses': 10_000, 'clouds': 50, 'jumps': 10}  # a second
 TICK = 0.005  # [s]

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idem_ros.core.geometry.se3 import inverse
-from idem_ros.recording.cdr import to_cdr
-from idem_ros.recording.messages import cloud_message, transform_message
+from idem_ros.recording.messages import cloud_message, to_cdr, transform_message
 from idem_ros.simulation.drive import drive, moving_drive, perturbed
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
 from idem_ros.simulation.street import street

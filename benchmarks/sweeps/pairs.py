@@ -10,7 +10,7 @@ from benchmarks.goal import Goal
 from benchmarks.sweeps.cases import ODOMETRY_ERROR, SCENES, sweep
 from benchmarks.sweeps.information import least_ratios
 from idem_ros.core import Cloud, register
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 
 FIRST_SEED = 1000  # nothing was chosen on sweeps from there on
 STILL, EXACT, SOLVED = 'standing still', 'the exact twist', 'solved from no motion'

@@ -35,7 +35,7 @@ from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust_tuning import TRUST
 from idem_ros.core.tuning import SOLVER
-from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.evaluation.worker_processes import worker_pool
 
 # cases of a kind; of 48, the worst of six axes is off by 11 points of coverage by chance alone
 SHIPPED, PLACED = 12, 192

@@ -8,7 +8,7 @@ from benchmarks.trust.scenes import real, simulated
 from benchmarks.trust.ways import ways
 from idem_ros.core.trust.basin import FIRST, LAST
 from idem_ros.core.trust.verdict_model import WEIGHTS
-from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.evaluation.worker_processes import worker_pool
 from idem_ros.experiments.experiment import write_csv, write_page
 from idem_ros.terminal.markdown import table
 

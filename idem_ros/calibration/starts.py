@@ -8,7 +8,7 @@ from idem_ros.calibration.frame_tree import FrameTree, UnknownStart, bare
 from idem_ros.calibration.urdf import read_urdf, transform_of
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import checked_transform
-from idem_ros.files.pose_list_file import read_poses
+from idem_ros.files.pose_file import read_poses
 from idem_ros.files.structured_text import read_yaml
 from idem_ros.messages.transform_message import matrix_from, matrix_of
 

@@ -9,7 +9,7 @@ from idem_ros.calibration.drift import drift_of
 from idem_ros.calibration.frame_tree import bare
 from idem_ros.calibration.urdf import joint_text, roll_pitch_yaw
 from idem_ros.core.geometry import se3
-from idem_ros.files.atomic_folder import filling
+from idem_ros.files.atomic_file import filling
 from idem_ros.messages.transform_message import translation_and_quaternion
 from idem_ros.refinement.diagnostics import known
 from idem_ros.terminal.markdown import table

@@ -16,8 +16,7 @@ from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guesses import GuessConfig
-from idem_ros.pairing.map_config import MapConfig
-from idem_ros.pairing.map_target import MapTarget
+from idem_ros.pairing.map_target import MapConfig, MapTarget
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.recording.embedded import METADATA, RECORD, UnreadableMcap, read_embedded
 from idem_ros.recording.messages import (
@@ -33,8 +32,7 @@ from idem_ros.refinement.refiner import Refinement
 from idem_ros.replay.frames import Frame, Replay
 from idem_ros.replay.provenance import NO_SETTINGS, as_metadata, made_by
 from idem_ros.replay.settings import Settings, from_record
-from idem_ros.results.record_text import record_text
-from idem_ros.results.result_file import UnreadableResult, read_result
+from idem_ros.results.result_file import UnreadableResult, read_result, record_text
 from idem_ros.results.summary import json_record
 
 NAME, VERSION = 'idem_capsule', '1'

@@ -60,7 +60,7 @@ def run(args):
 
     from idem_ros.core import register_all
     from idem_ros.files.cloud_list import clouds_of_files
-    from idem_ros.files.pose_list_file import read_poses, write_poses
+    from idem_ros.files.pose_file import read_poses, write_poses
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
     _check_outputs(args)
@@ -95,7 +95,7 @@ def _draw(path, clouds, starts, poses):
 
 
 def _check_outputs(args):
-    from idem_ros.files.pose_list_file import SUFFIXES
+    from idem_ros.files.pose_file import SUFFIXES
 
     if args.out:
         require_ending('--out', args.out, SUFFIXES)

@@ -110,7 +110,7 @@ def run(args):
     from idem_ros.calibration.starts import no_starts, read_starts, starts_of
     from idem_ros.calibration.written import beside_truth, moved, write_calibration
     from idem_ros.commands.calibration_lines import record_text, text
-    from idem_ros.files.atomic_folder import require_free
+    from idem_ros.files.atomic_file import require_free
 
     config = config_from(args)
     if args.instants < 1:

@@ -6,7 +6,7 @@ import time
 
 from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.rclpy_needed import require_rclpy
+from idem_ros.node.environment import require_rclpy
 
 BAG = 'bags/demo.mcap'
 PATIENCE = 10.0  # [s]: on a machine that is busy, too
@@ -40,8 +40,8 @@ def add_parser(subparsers):
 def run(args):
     """Refine the recording live, show every scan, judge the whole."""
     require_rclpy('idem demo')
+    from idem_ros.node.environment import loopback_environment
     from idem_ros.node.live_run import refine_live
-    from idem_ros.node.loopback import loopback_environment
     from idem_ros.recording.reader import open_recording
     from idem_ros.recording.topics import find_topics
 
@@ -94,7 +94,7 @@ def _line(scan):
 
 def _errors(scan, transform):
     """Return (translation [m], rotation [deg]) off the truth; not a number where unknown."""
-    from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+    from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 
     if transform is None or scan.T_truth is None:
         return float('nan'), float('nan')

@@ -90,7 +90,7 @@ def _settings(args):
 
 def _recordings(paths):
     """Return what the paths mean, each recording once."""
-    from idem_ros.recording.search import recordings_in
+    from idem_ros.recording.folder import recordings_in
 
     found = {}
     for path in paths:

@@ -58,8 +58,13 @@ def add_parser(subparsers):
 
 def run(args):
     """Check, print, write; the exit code is the verdict."""
-    from idem_ros.results.gate import BadRules, findings, read_rules
-    from idem_ros.results.junit import write_junit, write_junit_error
+    from idem_ros.results.gate import (
+        BadRules,
+        findings,
+        read_rules,
+        write_junit,
+        write_junit_error,
+    )
     from idem_ros.results.result_file import read_result
 
     refuse_files_named_twice([*args.results, args.rules])

@@ -35,7 +35,7 @@ def add_parser(subparsers):
 
 
 def _tile(args):
-    from idem_ros.maps.cutting import cut_map
+    from idem_ros.maps.tile_writer import cut_map
 
     if args.size < 1:
         raise UsageError(f'--size is {args.size}; it must be a whole number of metres from 1')

@@ -11,7 +11,7 @@ from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.parameter import is_optional, is_whole, parameter_name
 from idem_ros.pairing.guesses import GuessConfig
-from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig

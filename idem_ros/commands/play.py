@@ -7,7 +7,7 @@ from contextlib import suppress
 from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK
 from idem_ros.commands.inputs import add_recording, opened
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.rclpy_needed import require_rclpy
+from idem_ros.node.environment import require_rclpy
 from idem_ros.terminal.printable import counted, printable
 from idem_ros.terminal.progress import progress
 

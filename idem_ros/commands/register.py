@@ -4,7 +4,6 @@ from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option, points_of_file
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.commands.output_names import require_outputs
-from idem_ros.refinement.motion_record import motion_record
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 
@@ -39,6 +38,7 @@ def run(args):
     """Register, print and write."""
     from idem_ros.core import Cloud, register
     from idem_ros.files.pose_file import read_pose, write_pose
+    from idem_ros.refinement.diagnostics import motion_record
 
     config, preprocessing = config_from(args), config_from(args, PreprocessingConfig)
     if config.motion in ('guess', 'last'):

@@ -112,7 +112,7 @@ def _of_capsule(bag):
 
 def _written(args, bag, settings, topics, notes=()):
     """Replay, write and print; return the exit code and the [`Replay`] of each method."""
-    from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.recording.folder import fingerprint
     from idem_ros.replay.provenance import map_fingerprint
     from idem_ros.replay.run import replay_each
     from idem_ros.results.summary import table, why_nothing
@@ -149,7 +149,7 @@ def _code(replays):
 
 def _again(args):
     """Repeat a result, compare, say how many frames agree."""
-    from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.recording.folder import fingerprint
     from idem_ros.replay import again
     from idem_ros.replay.provenance import versions
     from idem_ros.results.result_file import read_result

@@ -62,9 +62,9 @@ def write_outputs(outputs, replayed, settings, made_of, with_clouds=False):
         with_clouds: whether the MCAP holds the clouds, too.
     """
     from idem_ros.recording.results import write_result
+    from idem_ros.replay.clouds_again import recorded_clouds
     from idem_ros.replay.provenance import as_metadata, made_by
-    from idem_ros.replay.recorded_clouds import recorded_clouds
-    from idem_ros.results.record_text import record_text
+    from idem_ros.results.result_file import record_text
     from idem_ros.results.summary import json_record
 
     if outputs.tum:

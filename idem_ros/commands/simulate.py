@@ -126,7 +126,7 @@ def _rig(args, scene, motion, rng):
 
 def _city(args):
     """Write a town as a map in tiles and a drive."""
-    from idem_ros.files.atomic_folder import filling
+    from idem_ros.files.atomic_file import filling
     from idem_ros.simulation.city import LEAST_BLOCKS, blocks_of, write_city
     from idem_ros.simulation.town import BLOCK
 

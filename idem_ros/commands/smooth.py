@@ -89,7 +89,7 @@ def add_parser(subparsers):
 
 def run(args):
     """Make consistent, write, print."""
-    from idem_ros.files.atomic_folder import filling
+    from idem_ros.files.atomic_file import filling
     from idem_ros.smoothing.run import smooth
 
     workers = workers_from(args)

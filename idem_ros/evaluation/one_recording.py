@@ -41,10 +41,10 @@ def evaluated(task, progress=lambda messages, total: messages):
     Returns:
         `Outcome`; what is wrong with a recording is in it, not raised.
     """
-    from idem_ros.recording.fingerprint import fingerprint
+    from idem_ros.recording.folder import fingerprint
     from idem_ros.replay.provenance import made_by, map_fingerprint
     from idem_ros.replay.run import replay_each
-    from idem_ros.results.record_text import record_text
+    from idem_ros.results.result_file import record_text
     from idem_ros.results.summary import json_record, why_nothing
 
     try:

@@ -1,22 +1,84 @@
 """Tasks done in processes of their own; one that is killed takes no other with it."""
 
 import logging
+import os
+import signal
+import sys
+import threading
 from collections import Counter, deque
-from concurrent.futures import FIRST_COMPLETED, wait
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
+from multiprocessing import active_children, parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.sharedctypes import RawArray
 from typing import Any
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
-from idem_ros.evaluation.worker_pool import worker_pool
 from idem_ros.terminal.printable import error_line
 
 RUNS = 3  # of a task whose worker is killed: one, and two again
 POLL = 0.2  # [s] between two looks at how far the workers are
 BEGUN, DONE, TOTAL = range(3)
 _counters: Any = None  # in a worker: three numbers of each task
+
+
+class _Deaf(SpawnProcess):
+    """Begins, and goes on, without hearing Ctrl-C, which is for the parent that ends us."""
+
+    def start(self):
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Spawn(SpawnContext):
+    Process = _Deaf
+
+
+# What removes the pool's semaphores where the process ends at once, as after Ctrl-C, would warn
+# that it had to.
+QUIET = 'ignore:resource_tracker'
+SPAWN = _Spawn()  # a fork would copy locks that threads of numba may hold
+
+
+@contextmanager
+def worker_pool(jobs, begin=None, *arguments):
+    """Give a pool; whoever leaves in the midst of its work leaves no process behind.
+
+    Args:
+        jobs: how many processes, from 1.
+        begin: called once in each, with the arguments; importable by name.
+        arguments: that can be pickled or inherited.
+    """
+    if QUIET not in sys.warnoptions:
+        sys.warnoptions.append(QUIET)
+    others = set(active_children())
+    pool = ProcessPoolExecutor(jobs, SPAWN, initializer=_begin_worker, initargs=(begin, arguments))
+    try:
+        yield pool
+    except BaseException:
+        for child in set(active_children()) - others:
+            child.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin_worker(begin, arguments):
+    # a parent that was killed closes no queue: who waits for its next task would wait for ever
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    if begin is not None:
+        begin(*arguments)
+
+
+def _end_with_parent():
+    if parent := parent_process():
+        parent.join()
+        os._exit(1)
 
 
 class WorkersFailed(IdemError):

@@ -1,13 +1,57 @@
 """Every experiment by name, and the run that goes on where an earlier one was interrupted."""
 
 import json
+from functools import partial
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.experiments import table1, table2
+from idem_ros.experiments import (
+    figures_clouds,
+    figures_curves,
+    figures_maps,
+    figures_volumes,
+    table1,
+    table2,
+)
 from idem_ros.experiments.experiment import Experiment, settings_of
-from idem_ros.experiments.figures import FIGURES
 from idem_ros.files.atomic_file import replacing
 from idem_ros.files.structured_text import parse_json
+
+
+def _curves(figure):
+    what = 'around Z' if figure.axis == 'rz' else 'along X'
+    return f'q_tot {what} for several values of a'
+
+
+def _volumes(figure):
+    return f'q_tot of {figure.case} over planes and volumes, with the region of interest'
+
+
+def _maps(figure):
+    return f'Colormaps of q_tot and RMSE of {figure.case}'
+
+
+def _clouds(figure):
+    return f'The clouds of {" and ".join(figure.cases)} as pictures'
+
+
+_KINDS = (
+    (figures_curves, _curves),
+    (figures_volumes, _volumes),
+    (figures_maps, _maps),
+    (figures_clouds, _clouds),
+)
+
+FIGURES = tuple(
+    Experiment(
+        f'figure{figure.number}',
+        f'{title_of(figure)} (figure {figure.number})',
+        partial(kind.run, figure),
+    )
+    for figure, kind, title_of in sorted(
+        ((figure, kind, title_of) for kind, title_of in _KINDS for figure in kind.FIGURES),
+        key=lambda each: each[0].number,
+    )
+)
 
 # To add one: write `run(context)` in a module of this folder and add its record here.
 EXPERIMENTS = (

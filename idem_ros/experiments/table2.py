@@ -11,8 +11,7 @@ from idem_ros.experiments.figures_maps import IN_ROI, WIDE, XY, Row
 from idem_ros.experiments.maps import count_in_common, landscape_of, q_map
 from idem_ros.experiments.minima import least_distances, nearest_minima
 from idem_ros.experiments.parts import read_part, write_part
-from idem_ros.experiments.table2_page import page
-from idem_ros.experiments.table2_paper import METRICS, PAPER
+from idem_ros.experiments.table2_page import METRICS, PAPER, page
 
 PARTS = 'table2_cases'  # folder of what an interrupted run need not do again
 # The stairs' grids are those of figure 18; the table's errors of 10 to 24 mm lie beyond +-5 mm.

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.lib import format as npy
 
-from idem_ros.files.records import points_of_records
+from idem_ros.files.columns import points_of_records
 from idem_ros.files.text_numbers import are_columns
 from idem_ros.files.unreadable import UnreadableCloud
 

@@ -3,13 +3,55 @@
 import logging
 from pathlib import Path
 
-from idem_ros.maps.map_file import read_map_file
+import numpy as np
+
+from idem_ros.core.maps.point_blocks import PointBlocks
+from idem_ros.files.cloud_file import cloud_parts
+from idem_ros.maps.plausible import near_the_rest, require_metres
 from idem_ros.maps.tile_folder import open_tiles
 from idem_ros.maps.tile_index import find_map
 
+logger = logging.getLogger(__name__)
+
 WORTH_SAYING = 10_000_000  # bytes that take a moment to read
 
-logger = logging.getLogger(__name__)
+
+class MapPoints(PointBlocks):
+    """A map that is held in memory.
+
+    Args:
+        points: (N, 3) finite, N >= 1, in the map's frame [m].
+        name: what messages call it.
+    """
+
+    def __init__(self, points, name):
+        super().__init__(points)
+        self.name = name
+
+    def keep_near(self, center, reach):
+        """Keep all of it: it is read once."""
+
+
+def _without_strays(points, name):
+    near = near_the_rest(points)
+    if near.all():
+        return points
+    logger.warning('%s: %d points far from all the rest are left out', name, (~near).sum())
+    return points[near]
+
+
+def read_map_file(path, columns=None):
+    """Read a map of one file, of any format that `read_cloud` takes.
+
+    Raises:
+        UnreadableCloud: it cannot be read.
+        UnusableMap: its points stand too far apart to be in metres.
+    """
+    name = str(path)
+    points = _without_strays(np.concatenate(list(cloud_parts(path, columns))), name)
+    read = MapPoints(points, name)
+    require_metres(points, read.points_within, name)
+    return read
 
 
 def open_map(path, say=logger.info):

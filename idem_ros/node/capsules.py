@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from idem_ros.core import IdemError, RegistrationConfig, Status
-from idem_ros.node.capsule_config import ALL, LATE, NOT_ALIGNED, REFUSED, CapsuleConfig
+from idem_ros.node.config import ALL, LATE, NOT_ALIGNED, REFUSED, CapsuleConfig
 from idem_ros.node.worker import LatestOnlyWorker
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.pair import Pair

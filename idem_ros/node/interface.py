@@ -4,11 +4,9 @@ from dataclasses import Field, dataclass, fields, replace
 
 from idem_ros.calibration.config import DECIDED, RigWatchConfig
 from idem_ros.core.config import RegistrationConfig
-from idem_ros.node.capsule_config import CapsuleConfig
-from idem_ros.node.output_config import OutputConfig
-from idem_ros.node.subscription_config import SubscriptionConfig
+from idem_ros.node.config import CapsuleConfig, OutputConfig, SubscriptionConfig
 from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF, GuessConfig
-from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.pairing.turn_rates import IMU
 from idem_ros.refinement.point_time_config import PointTimeConfig

@@ -14,22 +14,21 @@ from rclpy.node import Node
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.node.capsules import Capsules
+from idem_ros.node.config import OutputConfig, SubscriptionConfig
 from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, Control, answered
 from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import EVERY_INPUT
-from idem_ros.node.live_parameters import LiveParameters
-from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.outputs import require_outputs
+from idem_ros.node.parameters import LiveParameters
 from idem_ros.node.publishing import Publishing
 from idem_ros.node.refining import Refining
 from idem_ros.node.report import PERIOD
-from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing.guesses import GuessConfig
-from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapConfig
 from idem_ros.pairing.pair import Pair, Refusal
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.diagnostics import WARN

@@ -6,6 +6,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from idem_ros.core import Status
+from idem_ros.node.config import ALIGNED, OutputConfig
 from idem_ros.node.interface import OUTPUTS, TF_OUTPUT
 from idem_ros.node.messages import (
     class_needed,
@@ -16,7 +17,6 @@ from idem_ros.node.messages import (
     q_tot_message,
     transform_message,
 )
-from idem_ros.node.output_config import ALIGNED, OutputConfig
 from idem_ros.refinement.debug_clouds import aligned_points, points_of, points_with_q
 from idem_ros.refinement.outcome import Refinement
 from idem_ros.refinement.q_tot_slice import QTotSlice

@@ -22,6 +22,12 @@ from idem_ros.parameters.fields import (
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
+from collections.abc import Callable
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+
+from idem_ros.core import IdemError
 
 Config = TypeVar('Config', bound='DataclassInstance')
 
@@ -108,3 +114,55 @@ def _descriptor(field: Field) -> ParameterDescriptor:
             low, high = map(float, limits)
             descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
     return descriptor
+
+
+class LiveParameters:
+    """Declares a node's parameters, refuses those that cannot be used, and tells of changes.
+
+    Args:
+        node: its parameters.
+        on_change: called with {type: configuration} after each change.
+        require: raises IdemError where configurations cannot be used together.
+        configs: the types of the configurations.
+        without: names of fields that the node decides itself.
+
+    Raises:
+        InvalidConfig: a parameter that the node was started with cannot be used.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        on_change: Callable[[dict[type, Any]], None],
+        require: Callable[[dict[type, Any]], None],
+        configs: Iterable[type] = CONFIGS,
+        without: Iterable[str] = (),
+    ):
+        self._node, self._on_change = node, on_change
+        self._require, self._configs = require, configs
+        declare_parameters(node, configs, without)
+        if unknown := unknown_parameters(node):  # a file of parameters may be other nodes', too
+            node.get_logger().warning(f'no parameter of this node: {", ".join(unknown)}')
+        self._require(self.read())
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._tell)
+
+    def read(self, changed=()) -> dict[type, Any]:
+        """Return {type: configuration}, with parameters about to be set in place of the node's.
+
+        Raises:
+            InvalidConfig: one of them cannot be used.
+        """
+        return {kind: read_config(self._node, kind, changed) for kind in self._configs}
+
+    def _check(self, changed) -> SetParametersResult:
+        try:
+            self._require(self.read(changed))
+        except IdemError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _tell(self, changed) -> None:
+        for each in changed:
+            self._node.get_logger().info(f'{each.name} is {each.value!r} from now on')
+        self._on_change(self.read())

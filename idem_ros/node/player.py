@@ -16,10 +16,10 @@ from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 
 from idem_ros.core import IdemError
-from idem_ros.node.log_folder import logging_arguments
+from idem_ros.node.environment import logging_arguments
 from idem_ros.node.messages import message_class, time_message
-from idem_ros.recording.cdr import NotSendable, is_known, to_cdr
 from idem_ros.recording.decoding import UnreadableTopic
+from idem_ros.recording.messages import NotSendable, is_known, to_cdr
 from idem_ros.recording.reader import Recording
 from idem_ros.terminal.printable import error_line
 

@@ -9,9 +9,9 @@ from rclpy.node import Node
 from idem_ros.core import IdemError
 from idem_ros.messages.stamps import seconds
 from idem_ros.node.capsules import Capsules
+from idem_ros.node.config import OutputConfig
 from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, what_came_of
-from idem_ros.node.output_config import OutputConfig
 from idem_ros.node.outputs import Outputs
 from idem_ros.node.refining import Job
 from idem_ros.node.report import Report

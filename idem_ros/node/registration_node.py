@@ -7,8 +7,8 @@ from contextlib import suppress
 from itertools import pairwise
 
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
+from idem_ros.node.environment import RclpyMissing, require_rclpy
 from idem_ros.node.freed_memory import keep_freed_memory
-from idem_ros.node.rclpy_needed import RclpyMissing, require_rclpy
 from idem_ros.terminal.command_line import CommandLine
 from idem_ros.terminal.printable import error_line
 
@@ -67,8 +67,7 @@ def _run(args: list[str] | None, name: str) -> int:
     from rclpy.signals import SignalHandlerOptions
 
     from idem_ros.core import IdemError
-    from idem_ros.node.log_folder import logging_arguments
-    from idem_ros.node.short_lease import prefer_short_lease
+    from idem_ros.node.environment import logging_arguments, prefer_short_lease
 
     node = None
     try:

@@ -9,6 +9,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
+from idem_ros.node.config import AUTO, SubscriptionConfig
 from idem_ros.node.interface import IMU_INPUTS, TF_INPUTS, Topic, inputs_with
 from idem_ros.node.messages import class_needed
 from idem_ros.node.offers import (
@@ -19,7 +20,6 @@ from idem_ros.node.offers import (
     offers_on,
     why_unheard,
 )
-from idem_ros.node.subscription_config import AUTO, SubscriptionConfig
 from idem_ros.node.unread import Unread, UnreadableMessage, begins_with_header, unread_of
 
 TF_DEPTH = 100  # as tf2 has it

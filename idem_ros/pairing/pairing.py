@@ -8,8 +8,7 @@ from idem_ros.messages.stamps import DISORDER, NotYet, StampOrder
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guess_sources import guesses_of, rates_near
 from idem_ros.pairing.guesses import FOLLOWING, GuessConfig
-from idem_ros.pairing.map_config import MapConfig
-from idem_ros.pairing.map_target import MapTarget
+from idem_ros.pairing.map_target import MapConfig, MapTarget
 from idem_ros.pairing.pair import Pair, Refusal, comes, named, require_frames
 from idem_ros.pairing.stamped_poses import StampedPoses
 from idem_ros.pairing.sweep_ends import SweepEnds

@@ -10,8 +10,7 @@ from idem_ros.maps.accumulated import AccumulatedMap
 from idem_ros.messages.pointcloud2 import InvalidPointCloud2, read_points, require_points
 from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.pairing.map_config import ACCUMULATE, MapConfig
-from idem_ros.pairing.map_target import MapTarget
+from idem_ros.pairing.map_target import ACCUMULATE, MapConfig, MapTarget
 
 PAIRINGS = ('latched', 'nearest', 'newest')
 KEPT = 8  # of each frame

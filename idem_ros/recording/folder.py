@@ -1,5 +1,7 @@
-"""The files of a recording: itself, or those of its folder, by metadata.yaml and by name."""
+"""The files of a recording, by metadata.yaml and by name; where recordings lie; checksums."""
 
+import hashlib
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -14,6 +16,8 @@ METADATA = 'metadata.yaml'
 MOST_BYTES, MOST_VALUES = 2**22, 500_000  # of a metadata.yaml: hundreds of topics and files
 
 SHOWN = 3  # names in a message
+
+BLOCK = 2**20
 
 
 class UnreadableRecording(IdemError):
@@ -164,3 +168,82 @@ def _metadata(path):
 
 def _count(value):
     return value if type(value) is int and 0 <= value < 2**63 else None
+
+
+def recordings_in(path):
+    """Return the recordings that a path means, in the order of their names.
+
+    A file is itself, whatever it holds. A folder is one recording where it is a rosbag2 folder:
+    it has a metadata.yaml, or lost it, but its recordings bear its name and a number each
+    (drive/drive_0.mcap). Any other folder is searched with all folders in it; hidden files and
+    folders are left out, links to folders are not followed.
+
+    Args:
+        path: file or folder.
+
+    Returns:
+        [`Path`]
+
+    Raises:
+        UnreadableRecording: there is no such path, or no recording in the folder.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        if not path.exists():
+            raise UnreadableRecording(f'{path} does not exist; give recordings or a folder')
+        return [path]
+    found = list(_searched(path))
+    if not found:
+        raise UnreadableRecording(f'{path} holds no recording ({", ".join(SUFFIXES)})')
+    return found
+
+
+def _searched(folder):
+    for parent, folders, names in os.walk(folder):
+        parent = Path(parent)
+        files = sorted(name for name in names if is_recording(name))
+        if METADATA in names or _is_split(parent.resolve().name, files):
+            folders.clear()
+            yield parent
+            continue
+        folders[:] = sorted(name for name in folders if not name.startswith('.'))
+        yield from (parent / name for name in files)
+
+
+def _is_split(folder_name, files):
+    numbered = re.compile(rf'{re.escape(folder_name)}_\d+\.(mcap|db3)(\.zstd|\.zst)?')
+    return bool(files) and all(map(numbered.fullmatch, files))
+
+
+def fingerprint(path):
+    """Return {'name', 'size' [bytes], 'sha256'} of a recording.
+
+    A folder's checksum is that of the lines `sha256sum` would print of its recordings, in the
+    order of their names.
+
+    Raises:
+        UnreadableRecording: there is no such recording.
+    """
+    return fingerprint_of(path, recording_files(Path(path)))
+
+
+def fingerprint_of(path, files):
+    """Return the same of a file, or of files that lie in a folder."""
+    path = Path(path)
+    sums = [_sha256(file) for file in files]
+    if path.is_dir():
+        lines = (f'{sum_}  {file.name}\n' for sum_, file in zip(sums, files, strict=True))
+        sums = [hashlib.sha256(''.join(lines).encode()).hexdigest()]
+    return {
+        'name': path.resolve().name,
+        'size': sum(file.stat().st_size for file in files),
+        'sha256': sums[0],
+    }
+
+
+def _sha256(file):
+    sum_ = hashlib.sha256()
+    with file.open('rb') as stream:
+        while block := stream.read(BLOCK):
+            sum_.update(block)
+    return sum_.hexdigest()

@@ -1,10 +1,12 @@
-"""ROS messages for recordings, made without ROS."""
+"""ROS messages for recordings, made without ROS; recorded ones as the bytes ROS 2 sends."""
 
 from functools import cache
 
 import numpy as np
+from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
+from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.building import CLOUD, Messages
 from idem_ros.messages.transform_message import stamp_ns
 
@@ -40,3 +42,27 @@ def recorded_cloud(message):
         data=np.frombuffer(message.data, np.uint8),
         is_dense=message.is_dense,
     )
+
+
+class NotSendable(IdemError):
+    """A recorded message that ROS 2 Jazzy has no type for, or another one of the same name."""
+
+
+def is_known(msgtype):
+    """Return whether ROS 2 Jazzy's own packages define a message type."""
+    return msgtype in typestore().types
+
+
+def to_cdr(message):
+    """Return a message that was read from a recording as ROS 2 CDR bytes.
+
+    Raises:
+        NotSendable: the recorded definition differs from Jazzy's.
+    """
+    try:
+        return bytes(typestore().serialize_cdr(message, message.__msgtype__))
+    except (KeyError, AttributeError, TypeError, ValueError, SerdeError) as error:
+        raise NotSendable(
+            f'{message.__msgtype__} was recorded with fields other than those of ROS 2 Jazzy: '
+            f'{type(error).__name__}: {error}'
+        ) from error

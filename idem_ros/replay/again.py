@@ -7,8 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.replay.named_recording import is_there, named_map, named_recording
-from idem_ros.replay.provenance import NO_SETTINGS, map_fingerprint
+from idem_ros.replay.provenance import (
+    NO_SETTINGS,
+    is_there,
+    map_fingerprint,
+    named_map,
+    named_recording,
+)
 from idem_ros.replay.settings import from_record
 
 COMPARED = ('stamp_ns', 'T_target_source', 'q_tot', 'status')

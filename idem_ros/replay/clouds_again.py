@@ -16,12 +16,12 @@ from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.map_target import MapTarget
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.recording.folder import recording_files
-from idem_ros.recording.messages import transform_message
+from idem_ros.recording.messages import recorded_cloud, transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import FROM_A_FILE, find_topic, find_topics
 from idem_ros.refinement.preprocessing import preprocess
-from idem_ros.replay.named_recording import named_map, named_recording
 from idem_ros.replay.odometry import SCANS_KEPT
+from idem_ros.replay.provenance import named_map, named_recording
 from idem_ros.replay.settings import SCAN, Settings, from_record
 
 AROUND = 20.0  # [m] of a map beyond the source
@@ -152,3 +152,20 @@ def _require_same_size(path, files, result, role):
     then = ((result.made_by or {}).get(role) or {}).get('size', size)
     if size != then:
         raise IdemError(f'{path} has {size} bytes, and had {then} when it was replayed')
+
+
+def recorded_clouds(replayed):
+    """Yield (topic, log time, message) of what a `Replay` refined, as far as its last frame.
+
+    Sources that were not refined are left out; of a target from a file there is no message.
+    """
+    target = replayed.topics.target
+    topics = [topic for topic in (target, replayed.topics.source) if topic]
+    refined = {frame.refinement.stamp for frame in replayed.frames}
+    last = max((frame.log_time for frame in replayed.frames), default=0)
+    with open_recording(replayed.path) as recording:
+        for topic, log_time, message in recording.messages(topics):
+            if log_time > last:
+                return
+            if topic == target or stamp_ns(message) in refined:
+                yield topic, log_time, recorded_cloud(message)

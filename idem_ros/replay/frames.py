@@ -1,16 +1,43 @@
-"""What became of a recording: numbers of each frame, no messages and no clouds."""
+"""What became of a recording: numbers of each frame and its errors, no messages and no clouds."""
 
 from collections.abc import Callable
 from collections.abc import Sequence as Records
 from dataclasses import dataclass, field
 
+import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from idem_ros.pairing.pair import Refusal
 from idem_ros.recording.topics import Topics
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.replay.pose_error import PoseError, pose_error
 from idem_ros.replay.settings import IDEM
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """How far a pose is from the truth."""
+
+    translation_m: float
+    rotation_deg: float
+
+
+def pose_error(transform, truth):
+    """Return the `PoseError` of a (4, 4) transform; None where the truth is None."""
+    if truth is None:
+        return None
+    return PoseError(translation_error_m(transform, truth), rotation_error_deg(transform, truth))
+
+
+def rotation_error_deg(transform, truth):
+    """Return the angle [deg] between the rotations of two (4, 4) transforms."""
+    difference = Rotation.from_matrix(truth[:3, :3].T @ transform[:3, :3])
+    return float(np.degrees(difference.magnitude()))
+
+
+def translation_error_m(transform, truth):
+    """Return the distance between the translations of two (4, 4) transforms, in their unit."""
+    return float(np.linalg.norm(transform[:3, 3] - truth[:3, 3]))
 
 
 @dataclass(frozen=True)

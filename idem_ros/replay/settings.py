@@ -13,7 +13,7 @@ from idem_ros.core.parameter import (
     require_positive,
 )
 from idem_ros.pairing.guesses import GuessConfig
-from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.recording.part import MAX_CHUNK
 from idem_ros.refinement.point_time_config import PointTimeConfig

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from idem_ros.files.atomic_folder import filling, require_free
+from idem_ros.files.atomic_file import filling, require_free
 from idem_ros.report import tables, worst_frames
 from idem_ros.report.page import page
 from idem_ros.report.plots import plots

@@ -4,8 +4,7 @@ from itertools import groupby
 
 from idem_ros.report import tables as report_tables
 from idem_ros.report.plots import COLOURS
-from idem_ros.viewer.one_file import environment, policy, text_of
-from idem_ros.viewer.page import SCRIPTS
+from idem_ros.viewer.page import SCRIPTS, environment, policy, text_of
 
 MISSING = '–'
 LONG = 48  # letters of a cell from which on it is cut, and told in full on hovering

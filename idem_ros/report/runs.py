@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from idem_ros.core.geometry.se3 import checked_transform
 from idem_ros.results.result_file import Result, read_result
-from idem_ros.trajectory.smoothness import second_differences
+from idem_ros.trajectory.errors import second_differences
 
 SIGMAS = 'sigma_m', 'sigma_deg'
 UNKNOWN = 0.5e6  # a variance of which nothing is known: see `assessment.NOTHING_KNOWN`

@@ -1,7 +1,8 @@
-"""What `idem replay --json` or `--out` wrote, read back: numbers of each frame, and counts."""
+"""What `idem replay --json` or `--out` writes: its text, and numbers and counts read back."""
 
 import json
 from dataclasses import dataclass, field
+from json import JSONEncoder
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ OTHER_KINDS = {
     'differences': 'it is what idem compare prints',
 }
 """What else our commands write as JSON, by a key that only it has."""
+
+_encode = JSONEncoder(indent=1, allow_nan=False).encode
 
 
 class UnreadableResult(IdemError):
@@ -164,3 +167,32 @@ def _no_result(path, reason):
 
 def _is_number(value):
     return value is None or (isinstance(value, Real) and not isinstance(value, bool))
+
+
+def record_text(record):
+    """Yield the text of a record piece by piece, as `json.dumps(record, indent=1)` makes it.
+
+    Args:
+        record: see `summary.json_record`; its 'frames' are any iterable.
+
+    Raises:
+        ValueError: a number is not finite.
+    """
+    opening = '{'
+    for name, value in record.items():
+        yield f'{opening}\n {_encode(name)}: '
+        yield from _list(value) if name == 'frames' else [_indented(value, 1)]
+        opening = ','
+    yield '\n}\n'
+
+
+def _list(values):
+    opening = '['
+    for value in values:
+        yield f'{opening}\n  {_indented(value, 2)}'
+        opening = ','
+    yield '[]' if opening == '[' else '\n ]'
+
+
+def _indented(value, depth):
+    return _encode(value).replace('\n', '\n' + depth * ' ')  # no string of JSON has a line break

@@ -8,8 +8,7 @@ import numpy as np
 
 from idem_ros.core import Status, Verdict
 from idem_ros.recording.part import LOSSES
-from idem_ros.refinement.diagnostics import assessment_record, known
-from idem_ros.refinement.motion_record import motion_record, motion_said
+from idem_ros.refinement.diagnostics import assessment_record, known, motion_record, motion_said
 from idem_ros.terminal.printable import printable
 from idem_ros.trajectory.comparison_table import report
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from idem_ros.files.pcd_file import pcd_header
-from idem_ros.files.pose_file import write_tum
-from idem_ros.files.pose_list_file import write_poses
+from idem_ros.files.pose_file import write_poses, write_tum
 from idem_ros.smoothing.candidates import APART, way_along
 from idem_ros.smoothing.consistency import Consistency
 from idem_ros.smoothing.map_blocks import MapBlocks

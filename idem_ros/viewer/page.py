@@ -1,13 +1,58 @@
-"""The page of one registration: a file that opens without a network."""
+"""Pages that are one file, in which nothing else can run; that of one registration among them."""
+
+from base64 import b64encode
+from hashlib import sha256
+from importlib.resources import files
 
 import numpy as np
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from idem_ros.terminal.printable import printable
 from idem_ros.viewer.figures import STYLE, saved_as
-from idem_ros.viewer.one_file import environment, policy, text_of
 
 SCRIPTS = 'viewer/three.min.js', 'viewer/viewer.js'
+
+
+def environment():
+    """Return the `Environment` of a page: every value is escaped and `printable`.
+
+    Templates are named by their path within the package, as 'viewer/viewer.html.jinja'.
+    """
+    made = Environment(
+        autoescape=True,
+        finalize=_without_controls,
+        loader=FunctionLoader(text_of),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    made.filters['link'] = data_link
+    return made
+
+
+def text_of(name):
+    """Return the text of a file beside the code, by its path within the package."""
+    return files('idem_ros').joinpath(name).read_text(encoding='utf-8')
+
+
+def policy(scripts):
+    """Return the Content-Security-Policy of a page on which these scripts, and no others, run."""
+    digests = (b64encode(sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = ' '.join(f"'sha256-{digest}'" for digest in digests)
+    return (
+        f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {allowed}"
+    )
+
+
+def data_link(content, kind):
+    """Return bytes of a kind as an address that a page holds itself."""
+    return f'data:{kind};base64,{b64encode(content).decode()}'
+
+
+def _without_controls(value):
+    return value if isinstance(value, Markup) else printable(value)
 
 
 def page(scene):

@@ -24,7 +24,7 @@ from idem_ros.core import InvalidCloud
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.node.loopback import loopback_environment
+from idem_ros.node.environment import loopback_environment
 from idem_ros.recording.messages import typestore
 from idem_ros.refinement.point_time_config import PointTimeConfig
 

@@ -10,11 +10,10 @@ from idem_ros.capsules.capsule import LaterCapsule, Seen, read_capsule, write_ca
 from idem_ros.commands.main import main
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry.se3 import exp
-from idem_ros.maps.map_file import MapPoints
+from idem_ros.maps.open_map import MapPoints
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.pairing.guesses import Guess
-from idem_ros.pairing.map_config import MapConfig
-from idem_ros.pairing.map_target import MapTarget
+from idem_ros.pairing.map_target import MapConfig, MapTarget
 from idem_ros.pairing.pair import Pair
 from idem_ros.recording import writer
 from idem_ros.recording.messages import diagnostics_message

@@ -7,7 +7,7 @@ from clouds import error_of, motion, surface
 
 from idem_ros.commands.main import main
 from idem_ros.core.geometry.se3 import inverse, transform_points
-from idem_ros.files.pose_list_file import read_poses, write_poses
+from idem_ros.files.pose_file import read_poses, write_poses
 
 CLOUDS = ['a.npy', 'b.npy', 'c.npy']
 

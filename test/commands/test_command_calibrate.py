@@ -12,7 +12,7 @@ from rosbags.rosbag2 import Writer
 from idem_ros.calibration.starts import read_starts, starts_of
 from idem_ros.commands.main import main
 from idem_ros.core.geometry.se3 import inverse
-from idem_ros.files.pose_list_file import write_poses
+from idem_ros.files.pose_file import write_poses
 from idem_ros.messages.building import CLOUD
 from idem_ros.recording.messages import cloud_message, tf_message, transform_message, typestore
 from idem_ros.recording.writer import write_mcap

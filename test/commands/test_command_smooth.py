@@ -9,8 +9,7 @@ from drives import drive, stamps_of, write_drive
 from idem_ros.commands.main import main
 from idem_ros.evaluation import worker_processes
 from idem_ros.files.cloud_file import read_cloud
-from idem_ros.files.pose_file import write_tum
-from idem_ros.files.pose_list_file import read_poses
+from idem_ros.files.pose_file import read_poses, write_tum
 from idem_ros.files.trajectory_file import read_trajectory
 
 FILES = {'trajectory.tum', 'graph.g2o', 'covariances.csv', 'map.pcd', 'smooth.json'}

@@ -5,7 +5,7 @@ from recordings import scans
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.evaluation.one_recording import Task, evaluated, identity
-from idem_ros.recording.fingerprint import fingerprint
+from idem_ros.recording.folder import fingerprint
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.settings import Settings, from_record
 

@@ -76,7 +76,7 @@ def test_workers_that_never_begin_are_reported(bags, monkeypatch):
 def test_a_process_that_ends_at_once_leaves_no_worker_and_no_warning():
     script = """
 import os
-from idem_ros.evaluation.worker_pool import worker_pool
+from idem_ros.evaluation.worker_processes import worker_pool
 with worker_pool(1) as pool:
     pool.submit(abs, 1).result()
     os._exit(3)

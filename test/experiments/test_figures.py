@@ -6,9 +6,9 @@ import pytest
 
 from idem_ros.core import q_tot
 from idem_ros.experiments import figures_clouds, figures_curves, figures_maps, figures_volumes
+from idem_ros.experiments.catalogue import FIGURES
 from idem_ros.experiments.conditions import Case, make_case
 from idem_ros.experiments.experiment import Context
-from idem_ros.experiments.figures import FIGURES
 from idem_ros.experiments.figures_maps import Grid
 from idem_ros.experiments.maps import (
     Map,

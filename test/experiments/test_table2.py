@@ -10,7 +10,7 @@ from idem_ros.experiments.distances import CloudDistances
 from idem_ros.experiments.experiment import Context
 from idem_ros.experiments.figures_maps import Grid
 from idem_ros.experiments.models import paper_model
-from idem_ros.experiments.table2_paper import METRICS, PAPER
+from idem_ros.experiments.table2_page import METRICS, PAPER
 
 # Where the paper's least value lies off perfect alignment by less than 1 mm, and ours on it, or
 # the other way round; and Chamfer, of which the paper gives no formula, in its partial overlap.

@@ -4,8 +4,7 @@ import sys
 
 import pytest
 
-from idem_ros.files.atomic_file import UnwritableFile
-from idem_ros.files.atomic_folder import filling, require_free
+from idem_ros.files.atomic_file import UnwritableFile, filling, require_free
 
 
 def test_a_folder_appears_when_it_is_complete(tmp_path):
@@ -69,7 +68,7 @@ def test_nothing_stays_of_a_folder_that_was_not_finished(tmp_path, error):
 
 def test_nothing_stays_when_the_system_refuses_to_write_more(tmp_path):
     code = (
-        'import sys; from idem_ros.files.atomic_folder import filling\n'
+        'import sys; from idem_ros.files.atomic_file import filling\n'
         'with filling(sys.argv[1]) as folder:\n'
         '    (folder / "a.txt").write_text("a")\n'
         '    (folder / "b.bin").write_bytes(bytes(100_000))\n'

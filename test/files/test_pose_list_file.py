@@ -4,7 +4,7 @@ from clouds import motion
 
 from idem_ros.core import IdemError
 from idem_ros.core.geometry import se3
-from idem_ros.files.pose_list_file import read_poses, write_poses
+from idem_ros.files.pose_file import read_poses, write_poses
 
 
 @pytest.fixture

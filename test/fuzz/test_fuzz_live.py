@@ -13,8 +13,7 @@ from malformed import END_OF_TIME, SECOND, SOURCE, cloud, spoilt, stamped
 from node_bench import Bench, cloud_message, corner, guess_message
 from rclpy.duration import Duration
 
-from idem_ros.recording.cdr import to_cdr
-from idem_ros.recording.messages import typestore
+from idem_ros.recording.messages import to_cdr, typestore
 
 EXAMPLES = max(int(os.environ.get('IDEM_FUZZ', '500')) // 10, 10)
 AFTER = 1_700_001_000 * SECOND  # later than the malformed ones but for those of the end of time

@@ -9,10 +9,10 @@ from plyfile import PlyData, PlyElement
 
 from idem_ros.files.cloud_file import UnreadableCloud
 from idem_ros.files.pcd_file import write_pcd
-from idem_ros.maps.cutting import cut_map
 from idem_ros.maps.open_map import open_map
 from idem_ros.maps.source import UnusableMap
 from idem_ros.maps.tile_index import METADATA, find_map
+from idem_ros.maps.tile_writer import cut_map
 
 BOXES = [
     ((-1e3, -1e3, -1e3), (1e3, 1e3, 1e3)),

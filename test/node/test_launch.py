@@ -17,8 +17,8 @@ from parameter_files import parameters_in
 
 from idem_ros.commands.main import command_line
 from idem_ros.core.parameter import parameter_name
+from idem_ros.node.environment import loopback_environment
 from idem_ros.node.interface import INPUTS, OUTPUTS, RIG_CONFIGS, parameter_fields
-from idem_ros.node.loopback import loopback_environment
 from idem_ros.parameters.fields import default_of
 from idem_ros.parameters.launch_arguments import LaunchRefused, launched_file
 

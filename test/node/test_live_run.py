@@ -14,8 +14,8 @@ from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry.se3 import exp
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.node import live_run
+from idem_ros.node.environment import loopback_environment
 from idem_ros.node.live_run import NodeFailed, refine_live
-from idem_ros.node.loopback import loopback_environment
 from idem_ros.recording.messages import transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics

@@ -4,8 +4,8 @@ from xml.etree import ElementTree
 from conftest import ROOT
 
 from idem_ros.files.installed_file import installed_file
-from idem_ros.node import loopback
-from idem_ros.node.loopback import loopback_environment
+from idem_ros.node import environment
+from idem_ros.node.environment import loopback_environment
 
 
 def port_of(domain):
@@ -20,7 +20,7 @@ def test_domain_in_which_somebody_is_is_left_alone():
 
 
 def test_domain_is_one_that_dds_has_ports_for():
-    assert 1 <= int(loopback_environment()['ROS_DOMAIN_ID']) <= loopback.DOMAINS
+    assert 1 <= int(loopback_environment()['ROS_DOMAIN_ID']) <= environment.DOMAINS
 
 
 def test_discovery_stays_on_this_machine():

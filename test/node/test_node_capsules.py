@@ -8,8 +8,8 @@ from rclpy.parameter import Parameter
 from idem_ros.capsules.capsule import read_capsule
 from idem_ros.core import InvalidConfig
 from idem_ros.messages.transform_message import matrix_of
-from idem_ros.node.capsule_config import CapsuleConfig
 from idem_ros.node.capsules import QUIET, Capsules
+from idem_ros.node.config import CapsuleConfig
 from idem_ros.replay.run import replay_each
 
 

@@ -9,8 +9,7 @@ from parameter_files import parameters_in
 
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.recording.cdr import to_cdr
-from idem_ros.recording.messages import cloud_message
+from idem_ros.recording.messages import cloud_message, to_cdr
 from idem_ros.recording.reader import open_recording
 
 SOURCES = 1

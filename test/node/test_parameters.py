@@ -8,9 +8,9 @@ from rclpy.parameter import Parameter
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.parameter import parameter_name
+from idem_ros.node.config import SubscriptionConfig
 from idem_ros.node.interface import CONFIGS
 from idem_ros.node.parameters import declare_parameters, read_config
-from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.parameters.fields import default_of
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 

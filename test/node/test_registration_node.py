@@ -10,7 +10,7 @@ from live import LONG, own_environment, wait_for_line
 
 # isort: split
 from idem_ros.node import registration_node
-from idem_ros.node.loopback import loopback_environment
+from idem_ros.node.environment import loopback_environment
 
 COMMAND = [sys.executable, '-m', 'idem_ros.node.registration_node']
 

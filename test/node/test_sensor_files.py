@@ -11,7 +11,7 @@ from idem_ros.node.adapter import RegistrationNode
 from idem_ros.node.interface import CONFIGS
 from idem_ros.parameters.parameter_file import configs_of, read_parameters
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 
 OTHERS = 'audit', 'diagnostic'  # for another use, or another node
 FILES = [

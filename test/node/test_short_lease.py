@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 import pytest
 
 from idem_ros.files.installed_file import installed_file
-from idem_ros.node.loopback import LARGE_CLOUDS
-from idem_ros.node.short_lease import (
+from idem_ros.node.environment import (
     IN_THE_WORKING_FOLDER,
+    LARGE_CLOUDS,
     LOCALHOST_ONLY,
     PROFILE,
     RANGE,

@@ -6,9 +6,9 @@ from pairs import cloud
 from poses import SECOND
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.maps.map_file import MapPoints
+from idem_ros.maps.open_map import MapPoints
 from idem_ros.pairing.guesses import GuessConfig
-from idem_ros.pairing.map_config import MapConfig
+from idem_ros.pairing.map_target import MapConfig
 from idem_ros.pairing.pairing import Pairing
 from idem_ros.pairing.targets import PairingConfig
 

@@ -2,8 +2,8 @@ import pytest
 from conftest import ROOT
 
 from idem_ros.core import InvalidConfig, RegistrationConfig
+from idem_ros.node.config import SubscriptionConfig
 from idem_ros.node.interface import CONFIGS
-from idem_ros.node.subscription_config import SubscriptionConfig
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.parameters.parameter_file import (
     BadParameterFile,

@@ -3,7 +3,7 @@ import hashlib
 import pytest
 from recordings import scans, write_sqlite3
 
-from idem_ros.recording.fingerprint import fingerprint
+from idem_ros.recording.folder import fingerprint
 from idem_ros.recording.reader import UnreadableRecording
 from idem_ros.recording.writer import write_mcap
 

@@ -6,16 +6,13 @@ from recordings import TOPICS, bare_mcap, mcap_folder, scans
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from idem_ros.commands.main import main
-from idem_ros.recording.fingerprint import fingerprint
-from idem_ros.recording.folder import UnreadableRecording
+from idem_ros.recording.folder import UnreadableRecording, fingerprint, recordings_in
 from idem_ros.recording.messages import typestore
 from idem_ros.recording.reader import open_recording
-from idem_ros.recording.search import recordings_in
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.run import replay
 from idem_ros.results.gate import findings, read_rules
-from idem_ros.results.record_text import record_text
-from idem_ros.results.result_file import read_result
+from idem_ros.results.result_file import read_result, record_text
 from idem_ros.results.summary import json_record
 
 STORAGES = {'db3': StoragePlugin.SQLITE3, 'mcap': StoragePlugin.MCAP}

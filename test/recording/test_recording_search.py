@@ -1,7 +1,6 @@
 import pytest
 
-from idem_ros.recording.folder import UnreadableRecording, recording_files
-from idem_ros.recording.search import recordings_in
+from idem_ros.recording.folder import UnreadableRecording, recording_files, recordings_in
 
 
 def touch(folder, *names):

@@ -7,7 +7,7 @@ from terrain import points_around, scan_at
 
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry import se3
-from idem_ros.maps.map_file import MapPoints
+from idem_ros.maps.open_map import MapPoints
 from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.map_target import MapTarget
 from idem_ros.pairing.pair import Pair

@@ -23,8 +23,7 @@ from idem_ros.pairing.guesses import Guess, GuessConfig
 from idem_ros.pairing.pair import Pair
 from idem_ros.pairing.streamed_guesses import StreamedGuesses
 from idem_ros.pairing.trail import UncoveredSweep
-from idem_ros.refinement.diagnostics import refinement_values
-from idem_ros.refinement.motion_record import motion_record
+from idem_ros.refinement.diagnostics import motion_record, refinement_values
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.refiner import Refiner

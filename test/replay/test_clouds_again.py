@@ -14,7 +14,7 @@ from idem_ros.recording.messages import cloud_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.clouds_again import clouds_of, settings_of
-from idem_ros.replay.named_recording import ForbiddenRecording, named_recording
+from idem_ros.replay.provenance import ForbiddenRecording, named_recording
 from idem_ros.results.result_file import read_result
 
 

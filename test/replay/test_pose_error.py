@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from clouds import motion
 
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 
 
 @pytest.mark.parametrize('degrees', [0.0, 1e-4, 0.05, 90.0, 179.9])

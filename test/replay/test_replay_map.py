@@ -8,11 +8,11 @@ import pytest
 from terrain import guess_near, points_around, scan_at
 
 from idem_ros.commands.main import main
-from idem_ros.maps.cutting import cut_map
+from idem_ros.maps.tile_writer import cut_map
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.clouds_again import clouds_of
-from idem_ros.replay.named_recording import ForbiddenRecording
+from idem_ros.replay.provenance import ForbiddenRecording
 from idem_ros.results.result_file import read_result
 
 STEP = 10**8

@@ -1,7 +1,7 @@
 import pytest
 
 from idem_ros.core import InvalidConfig
-from idem_ros.replay.selection import Selection
+from idem_ros.replay.run import Selection
 from idem_ros.replay.settings import Settings
 
 BEGIN, SECOND = 5 * 10**18, 10**9

@@ -13,8 +13,8 @@ from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.recording.topics import TopicNotFound
 from idem_ros.recording.writer import write_mcap
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 from idem_ros.replay.odometry import SCANS_KEPT, continued
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
 from idem_ros.replay.run import replay_each, silent
 from idem_ros.replay.settings import Settings
 

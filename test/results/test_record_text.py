@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from idem_ros.results.record_text import record_text
+from idem_ros.results.result_file import record_text
 
 FRAMES = [{'T': [[1.0, -0.0], []], 'why': 'a\nb "c" \u00e9', 'none': None}, {}]
 

@@ -8,8 +8,7 @@ from results import write_result
 from idem_ros.commands.main import main
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.run import replay
-from idem_ros.results.record_text import record_text
-from idem_ros.results.result_file import COUNTS, UnreadableResult, read_result
+from idem_ros.results.result_file import COUNTS, UnreadableResult, read_result, record_text
 from idem_ros.results.summary import json_record
 
 FRAME = '{"stamp_ns": 1}'

@@ -9,7 +9,7 @@ from idem_ros.core import Status, Verdict
 from idem_ros.pairing.pair import Refusal
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.run import replay
-from idem_ros.results.record_text import record_text
+from idem_ros.results.result_file import record_text
 from idem_ros.results.summary import json_record, summary, table
 
 

@@ -6,7 +6,7 @@ from clouds import error_of, motion
 
 from idem_ros.core import InvalidConfig, RegistrationConfig, register
 from idem_ros.core.geometry import se3
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 from idem_ros.simulation.drive import drive, perturbed
 from idem_ros.simulation.forest import forest
 from idem_ros.simulation.lidar import Lidar, scan

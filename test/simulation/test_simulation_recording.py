@@ -8,7 +8,7 @@ from idem_ros.commands.main import main
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.recording.reader import open_recording
-from idem_ros.replay.pose_error import rotation_error_deg, translation_error_m
+from idem_ros.replay.frames import rotation_error_deg, translation_error_m
 
 DEMO = ROOT / 'bags' / 'demo.mcap'
 

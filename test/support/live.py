@@ -12,7 +12,7 @@ import pytest
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 rclpy = pytest.importorskip('rclpy', reason='the live side needs rclpy, which is not installed')
 
-from idem_ros.node.loopback import loopback_environment  # noqa: E402
+from idem_ros.node.environment import loopback_environment  # noqa: E402
 
 LONG = 120.0  # seconds until a test that hangs fails; no passing test waits for it
 

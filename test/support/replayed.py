@@ -10,7 +10,7 @@ from recordings import scans
 
 from idem_ros.recording.writer import write_mcap
 from idem_ros.replay.run import replay
-from idem_ros.results.record_text import record_text
+from idem_ros.results.result_file import record_text
 from idem_ros.results.summary import json_record
 
 

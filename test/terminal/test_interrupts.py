@@ -102,7 +102,7 @@ def environment_of(name):
     if name not in NEED_ROS:
         return None
     pytest.importorskip('rclpy', reason='needs rclpy, which is not installed')
-    from idem_ros.node.loopback import loopback_environment
+    from idem_ros.node.environment import loopback_environment
 
     return {**os.environ, **loopback_environment()}
 
@@ -188,7 +188,7 @@ import signal, sys
 from pathlib import Path
 from idem_ros.commands import entry, main
 from idem_ros.files.atomic_file import replacing
-from idem_ros.files.atomic_folder import filling
+from idem_ros.files.atomic_file import filling
 
 def run(args):
     with replacing('a.txt') as file, filling('b') as folder:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from idem_ros.trajectory.smoothness import second_differences
+from idem_ros.trajectory.errors import second_differences
 
 STEADY = np.arange(6) * 10**8
 
