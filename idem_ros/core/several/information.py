@@ -50,8 +50,10 @@ class _Sample(NamedTuple):
         count, size = len(self.gram), len(self.moves)
         squares = float((self.gram**2).sum())
         spread = squares - self.scatter**2 / size
+        if spread <= 0.0:
+            return 1.0
         noise = float((np.diag(self.gram) ** 2).sum()) - squares / count
-        return float(np.clip(noise / spread, 0.0, 1.0)) if spread > 0.0 else 1.0
+        return float(np.clip(noise / spread, 0.0, 1.0))
 
 
 def nat_at(cost: 'JointCost', poses: Transforms) -> float:
@@ -111,7 +113,7 @@ def _sample(cost: 'JointCost', poses: Transforms, system: JointSystem) -> _Sampl
     moves = system.solved(gradients)
     twists = np.zeros_like(pulls)
     about = about_middles(poses)
-    alone = moves.T.reshape(len(some), -1, 6)
+    alone = moves.T.reshape(len(some), len(system.free), 6)
     twists[np.ix_(some, system.free)] = np.einsum('kij,gkj->gki', about[system.free], alone)
     along = np.einsum('ig,ig->g', moves, gradients)
     share = stiffness_along(regions, twists)[some] / np.maximum(along, 1e-300)
@@ -160,7 +162,7 @@ def lever_arm(balls: JointBalls) -> float:
 def _of_free(pulls: Floats, poses: Transforms, system: JointSystem) -> Floats:
     """Return gradients (G, K, 6) about the origin as (6 F, G), about the free clouds' middles."""
     about = np.einsum('kji,gkj->gki', about_middles(poses), pulls)[:, system.free]
-    return np.ascontiguousarray(about.reshape(len(pulls), -1).T)
+    return np.ascontiguousarray(about.reshape(len(pulls), 6 * len(system.free)).T)
 
 
 def _of_frames(

@@ -267,3 +267,16 @@ def test_the_gap_of_an_edge_is_how_far_the_two_alone_would_have_the_second_cloud
     middle = truth[3, :3, :3] @ scans[3].mean(axis=0)
     found += np.cross(truth[2, :3, :3] @ edge.gap[3:], middle)
     np.testing.assert_allclose(found, [0.0, 0.0, 0.004], atol=0.002)
+
+
+@pytest.mark.parametrize('assessment', ['none', 'verdict'])
+def test_clouds_of_which_none_meets_another_stay_as_priors_have_them(rng, assessment):
+    clouds = [surface(rng, 500) for _ in range(3)]
+    poses = np.array([se3.translation(np.array([50.0 * k, 0.0, 0.0])) for k in range(3)])
+    step = se3.translation(np.array([50.0, 0.0, 0.0]))
+    priors = [PosePrior(k + 1, step, 1e-4 * np.eye(6), target=k) for k in range(2)]
+    config = RegistrationConfig(voxel_size=0.1, assessment=assessment)
+    found = register_all(clouds, poses, config, held=(0,), priors=priors)
+    assert found.status is Status.NO_OVERLAP
+    np.testing.assert_allclose(found.poses, poses, atol=1e-6)
+    assert len(found.parts) == 3
