@@ -144,18 +144,16 @@ def exps(twists: Floats) -> Transforms:
 def _exps(twists: Floats) -> Transforms:
     result = np.zeros((len(twists), 4, 4))
     for n in range(len(twists)):
-        twist, motion = twists[n], result[n]
-        x, y, z = twist[0], twist[1], twist[2]
+        x, y, z = w = twists[n, 0], twists[n, 1], twists[n, 2]
         a, b, c = _series(x * x + y * y + z * z)
         hat = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
-        motion[3, 3] = 1.0
+        result[n, 3, 3] = 1.0
         for i in range(3):
-            motion[i, i] = 1.0
-            motion[i, 3] = twist[3 + i]
+            result[n, i, 3] = twists[n, 3 + i]
             for k in range(3):
-                square = twist[i] * twist[k] - (x * x + y * y + z * z) * (i == k)  # hat @ hat
-                motion[i, k] += a * hat[i][k] + b * square
-                motion[i, 3] += (b * hat[i][k] + c * square) * twist[3 + k]
+                square = w[i] * w[k] - (x * x + y * y + z * z) * (i == k)  # hat @ hat
+                result[n, i, k] = (i == k) + a * hat[i][k] + b * square
+                result[n, i, 3] += (b * hat[i][k] + c * square) * twists[n, 3 + k]
     return result
 
 

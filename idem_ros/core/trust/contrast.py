@@ -43,17 +43,18 @@ def contrasts_along(
     """
     k = holders.motions.shape[1]
     places = _around(T_target_source, balls.radius * holders.motions)[1:]
-    here, beside, count = np.zeros(k), np.zeros((k, 2)), np.zeros(k)
     of_two = [2 * each for each in holders.motion]
     found = balls.differences(places, holders.centres, of_two)
-    for of_all, cloud, centres, motion, (there, _) in zip(
-        q, balls.clouds, holders.centres, holders.motion, found, strict=True
-    ):
-        here += np.bincount(motion, of_all[cloud.order[centres]], k)
-        count += np.bincount(motion, minlength=k)
-        for side in range(2):
-            beside[:, side] += np.bincount(motion, there[:, side], k)
-    return (beside.min(axis=1) - here) / np.maximum(count, 1.0)
+    rises = [
+        there - of_all[cloud.order[centres], None]
+        for of_all, cloud, centres, (there, _) in zip(
+            q, balls.clouds, holders.centres, found, strict=True
+        )
+    ]
+    forth, back = np.concatenate(rises).T
+    motion = np.concatenate(holders.motion)
+    least = np.minimum(np.bincount(motion, forth, k), np.bincount(motion, back, k))
+    return least / np.maximum(np.bincount(motion, minlength=k), 1.0)
 
 
 def sums_at_each(

@@ -69,7 +69,7 @@ def _holding(
 def _most_but_few(values: Floats) -> float:
     """Return the FEW-th greatest of the magnitudes of values (n,); the least, of fewer."""
     size = min(FEW, len(values))
-    greatest = np.full(max(size, 1), -1.0)  # in order, the least one first
+    greatest = np.zeros(FEW)  # in order, the least one first
     for value in values:
         j = 0
         while j + 1 < size and abs(value) > greatest[j + 1]:
@@ -77,4 +77,4 @@ def _most_but_few(values: Floats) -> float:
             j += 1
         if abs(value) > greatest[j]:
             greatest[j] = abs(value)
-    return max(greatest[0], 0.0)
+    return greatest[0]

@@ -82,12 +82,13 @@ def lack_of(
             f'{trust.least_meeting} must'
         )
         return Lack(Verdict.NOT_CONVERGED, few, gives_way=False)
-    if not any((cloud.own[:, 0] >= LEAST_MEMBERS).any() for cloud in balls.clouds):
-        reason = 'no ball of points is dense enough to tell a surface by'
-        return Lack(Verdict.NOT_CONVERGED, reason, gives_way=True)
     if max(shapes.surfaces for shapes in balls.shapes()) < LEAST_SHEETS:
-        rings = 'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
-        return Lack(Verdict.NOT_CONVERGED, rings, gives_way=True)
+        reason = (
+            'most balls hold lines, as rings of a LiDAR, which fit anywhere: use larger voxels'
+        )
+        if not any((cloud.own[:, 0] >= LEAST_MEMBERS).any() for cloud in balls.clouds):
+            reason = 'no ball of points is dense enough to tell a surface by'
+        return Lack(Verdict.NOT_CONVERGED, reason, gives_way=True)
     if not len(observability.along):
         reason = 'no ball holds a surface of both clouds'
         return Lack(Verdict.NOT_CONVERGED, reason, gives_way=True)

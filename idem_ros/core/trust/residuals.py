@@ -157,7 +157,7 @@ def _about_sensor(
         holds.
     """
     away, turn, by_sector = np.empty(places.shape), np.empty(len(places)), np.zeros(SECTORS)
-    grown, firm, pull, squares = np.zeros(6), 0.0, 0.0, 0.0
+    grown, total, firm, pull, squares = np.zeros(6), 0.0, 0.0, 0.0, 0.0
     for g in range(len(places)):
         x = y = 0.0
         for i in range(3):
@@ -167,6 +167,7 @@ def _about_sensor(
         turn[g] = np.arctan2(y, x) / (2.0 * np.pi) % 1.0
         weight = stiffness[g, 3, 3] + stiffness[g, 4, 4] + stiffness[g, 5, 5]
         by_sector[int(turn[g] * SECTORS) % SECTORS] += weight
+        total += weight
         for j in range(3):
             p = away[g, j]
             pull += p * pulls[g, 3 + j]
@@ -175,7 +176,7 @@ def _about_sensor(
                 grown[i] += stiffness[g, i, 3 + j] * p
             for i in range(3):
                 firm += away[g, i] * stiffness[g, 3 + i, 3 + j] * p
-    return away, turn, by_sector, grown, (firm, pull, squares / by_sector.sum())
+    return away, turn, by_sector, grown, (firm, pull, squares / total)
 
 
 @kernel
