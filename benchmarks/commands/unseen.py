@@ -31,7 +31,7 @@ def add_parsers(kinds, own):
         'ablate',
         help='what each tuned number is worth on cases that it was not chosen on',
         description='Set each tuned number to its neutral value in turn, on new scans, seeds and '
-        'bodies. Ten minutes on two cores.',
+        'bodies. About a minute a number on two cores.',
     )
     ablate.add_argument('--number', action='append', metavar='NAME', help='only this one')
     ablate.add_argument('--cases', metavar='PATTERN', help='only kinds of cases that hold this')

@@ -3,8 +3,10 @@ import subprocess
 import sys
 
 EVALUATE = """
+import gc
 import numpy as np
 from idem_ros.core import q_per_point
+often = gc.get_threshold()
 rng = np.random.default_rng(0)
 def surface():
     x, y = 10 * rng.random((2, 4000))
@@ -12,6 +14,7 @@ def surface():
 guess = np.eye(4)
 guess[:3, 3] = 0.1, 0.05, -0.1
 print(*(x.hex() for q in q_per_point(surface(), surface(), guess) for x in q))
+assert gc.get_threshold() == often, 'the collector is left as it was'
 """
 
 
