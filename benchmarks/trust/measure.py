@@ -11,6 +11,7 @@ from benchmarks.bare_scenes import BARE_SCENES
 from benchmarks.case import LEVELS, starts
 from benchmarks.goal import Goal
 from benchmarks.timing import interleaved_ms
+from benchmarks.trust.convoys import convoy_goals, convoy_tasks
 from benchmarks.trust.fit import (
     best_threshold,
     calibration_error,
@@ -38,7 +39,7 @@ from idem_ros.core.tuning import SOLVER
 from idem_ros.evaluation.worker_processes import worker_pool
 
 # cases of a kind; of 48, the worst of six axes is off by 11 points of coverage by chance alone
-SHIPPED, PLACED = 12, 192
+SHIPPED, PLACED, CONVOYS = 12, 192, 12
 JUDGED, SPREAD, WAYS, BARE = 24, 200, 20, 60  # likewise
 PLACE_SEED = 60_000
 ROUNDS = 25
@@ -102,6 +103,14 @@ def _place_goals(outcomes):
     return list(place_goals([each for each in outcomes if each is not None]))
 
 
+def _convoy_tasks(trials):
+    return convoy_tasks(trials or CONVOYS)
+
+
+def _convoy_goals(outcomes):
+    return list(convoy_goals([each for some in outcomes for each in some]))
+
+
 def _verdict_tasks(trials):
     of_kinds = _some(simulated(trials or JUDGED), trials or JUDGED)
     of_kinds += _some(real(), trials)
@@ -133,6 +142,7 @@ def _freedom_tasks(trials):
 PARTS = {
     'shipped': Part(_shipped_tasks, _shipped_goals),
     'covariance': Part(_place_tasks, _place_goals),
+    'convoys': Part(_convoy_tasks, _convoy_goals),
     'models': Part(_verdict_tasks, _verdict_goals),
     'spread': Part(_spread_tasks, _spread_goals),
     'free': Part(_freedom_tasks, lambda outcomes: list(_freedom_goals(outcomes))),

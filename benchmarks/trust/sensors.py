@@ -13,6 +13,7 @@ from idem_ros.simulation.drive import drive
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.raycast import cast
 from idem_ros.simulation.room import room
+from idem_ros.simulation.scene import merged, placed
 from idem_ros.simulation.street import street
 
 LIDAR = Lidar(azimuth_steps=600)
@@ -39,8 +40,11 @@ BEND = (0.2, 0.6)  # of it: how much of that is a bend over many pixels
 DISPARITY = 44.0  # [pixel m]: focal length times base; eighths of a pixel are told apart
 
 
-def place_case(kind, seed):
-    """Return the `Case` of two scans in one of `PLACES` or a street, patterns in turn."""
+def place_case(kind, seed, around=None):
+    """Return the `Case` of two scans in one of `PLACES` or a street, patterns in turn.
+
+    around: of a generator, the `Scene` of what moves along, as it stands to the sensor, x ahead.
+    """
     rng = np.random.default_rng([seed, *kind.encode()])
     pattern = list(PATTERNS)[seed % len(PATTERNS)]
     turn = seed // len(PATTERNS)  # each pattern at each jitter
@@ -58,9 +62,21 @@ def place_case(kind, seed):
         here = _pose(at, (yaw, *jitter * rng.normal(size=2)))
     step = rng.uniform(*MOTION), rng.normal(0.0, 0.05), rng.normal(0.0, 0.02)
     truth = _pose(step, (rng.normal(0.0, 0.03), *jitter * rng.normal(size=2)))
-    target, source = (seen(scene, T, PATTERNS[pattern], rng) for T in (here, here @ truth))
+    poses, scenes = (here, here @ truth), (scene, scene)
+    if around is not None:
+        along = around(rng)
+        scenes = tuple(merged([scene, _carried(along, here, T)]) for T in poses)
+    target, source = (
+        seen(each, T, PATTERNS[pattern], rng) for each, T in zip(scenes, poses, strict=True)
+    )
     name = f'{kind} {pattern} {voxel_size} {seed}'
     return Case(name, target, source, truth, voxel_size)
+
+
+def _carried(along, here, T):
+    """Return a `Scene` that heads as the sensor does at one pose, at another; on the ground."""
+    yaw = np.arctan2(here[1, 0], here[0, 0])
+    return placed(along, T[0, 3], T[1, 3], T[2, 3] - HEIGHT, yaw)
 
 
 def seen(scene, T, pattern, rng):

@@ -21,6 +21,7 @@ from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.status import Status
 from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.assessment import assess, out_of_time, too_little
+from idem_ros.core.trust.convoy import judged_beside_another
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.outside import outside
 from idem_ros.core.trust.prior import Guess, beyond_guess, weighed
@@ -59,6 +60,8 @@ def assessed(
         agreement, _ = agreement_at(pair, balls, T)
     assessment = assess(pair, given, descent, guess.transform, agreement, observability)
     assessment = judged_in_scope(assessment, *given, balls, agreement, T)
+    reach = pair.stages[0].radius
+    assessment = judged_beside_another(assessment, balls, observability, agreement, T, reach)
     if pair.config.assessment == 'swap':
         gap = _swap_gap(pair, guess.transform, T, observability)
         assessment = replace(assessment, swap_gap=gap)
