@@ -14,8 +14,9 @@ INSTALL := -m pip install --quiet --disable-pip-version-check
 # of what builds a package, too, which --constraint would not hold
 PINNED := PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt
 
-# two workers, each of which keeps to a module; all that talks over ROS 2 is in one; conftest.py orders them
-TEST := -m pytest -n 2 --dist loadgroup --no-loadscope-reorder
+# two workers, each of which keeps to a file, in the order of conftest.py; no loadgroup: with pytest 9.2,
+# xdist 3.8 deals out each test alone, and what a module shares is made in both workers
+TEST := -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # OpenBLAS by its kernels, NumPy by what it dispatches to, numba by its target
 KERNELS := prescott $(if $(shell grep -m1 -ow avx2 /proc/cpuinfo),haswell zen) \

@@ -22,22 +22,15 @@ else:
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark the live tests; keep these, and those of any other module, in one worker each.
+    """Mark the live tests; of two workers, each ends with modules that are soon done.
 
-    The live ones begin, which are the longest group; modules of few tests come before those of
-    many, which are short: so both workers end together.
+    Those of few tests, each of which takes long, come before those of many.
     """
-    groups = {}
-    for item in items:
-        live = _is_live(item)
-        if live:
-            item.add_marker('live')
-        groups[item] = 'live' if live else item.path.stem
-    if config.pluginmanager.hasplugin('xdist'):
-        for item, group in groups.items():
-            item.add_marker(pytest.mark.xdist_group(group))
-        sizes = Counter(groups.values())
-        items.sort(key=lambda item: (groups[item] != 'live', sizes[groups[item]]))
+    for item in filter(_is_live, items):
+        item.add_marker('live')
+    if hasattr(config, 'workerinput'):
+        sizes = Counter(item.path for item in items)
+        items.sort(key=lambda item: sizes[item.path])
 
 
 def _is_live(item):
