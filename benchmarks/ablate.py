@@ -1,7 +1,7 @@
 """What each tuned number is worth: all is run again with its neutral value, on unseen cases."""
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import starmap
 from time import thread_time
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from benchmarks.unseen import STARTS, Unseen
 from idem_ros.core import RegistrationConfig, register, warm_up
 from idem_ros.core.trust.verdict import Verdict
 from idem_ros.core.trust_tuning import TrustTuning
-from idem_ros.core.tuning import SolverTuning, tuned_numbers
+from idem_ros.core.tuning import SolverTuning
 from idem_ros.evaluation.worker_processes import worker_pool
 
 AS_TUNED, AT_AUTO = '', 'auto'  # all as tuned, with the case's voxel size and with that found
@@ -58,9 +58,12 @@ class Compared:
 def numbers(names=()):
     """Return every tuned `Number`, or those of these names."""
     found = [
-        Number(each.name, each.value, each.reason, each.neutral, of, each.acts_on_auto)
-        for of, tuning in (('tuning', SolverTuning()), ('trust', TrustTuning()))
-        for each in tuned_numbers(tuning)
+        Number(
+            *(each.name, each.default, each.metadata['reason'], each.metadata['neutral'], of),
+            each.metadata['acts_on_auto'],
+        )
+        for of, tuning in (('tuning', SolverTuning), ('trust', TrustTuning))
+        for each in fields(tuning)
     ]
     return [number for number in found if not names or number.name in names]
 

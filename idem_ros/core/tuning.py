@@ -5,10 +5,9 @@ chosen by. What is no matter of tuning stays with its code: definitions and fact
 limits of what numbers can hold, sizes of samples, and what costs time or memory alone.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any
 
 
 def tuned(
@@ -286,21 +285,3 @@ class SolverTuning:
 
 
 SOLVER = SolverTuning()
-
-
-class TunedNumber(NamedTuple):
-    """A number of a tuning."""
-
-    name: str
-    value: float
-    reason: str
-    neutral: float
-    acts_on_auto: bool  # and not where the voxel size is given
-
-
-def tuned_numbers(tuning: Any) -> Iterator[TunedNumber]:
-    """Yield each `TunedNumber` of a `SolverTuning` or a `TrustTuning`."""
-    for each in fields(tuning):
-        of = each.metadata
-        value = getattr(tuning, each.name)
-        yield TunedNumber(each.name, value, of['reason'], of['neutral'], of['acts_on_auto'])
