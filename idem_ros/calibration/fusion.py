@@ -80,7 +80,7 @@ def _tells(each, s):
 def _unknown(solved, s):
     each = next((each for each in solved if each.instant.clouds[s] is not None), solved[0])
     said = each.verdicts[s]
-    if s and said.verdict in USABLE:  # of its own part alone
+    if s and not each.meets[s] and said.verdict not in MEETS_LITTLE:  # of its own part alone
         said = CloudVerdict(Verdict.SEPARATED, 0.0, APART)
     covariance = NOTHING_KNOWN * np.eye(6) if s else np.zeros((6, 6))
     return Fused(each.poses[s], covariance, said, (), None)

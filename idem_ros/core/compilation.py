@@ -4,24 +4,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from idem_ros.core.arrays import Points
+from idem_ros.core.arrays import Points, Triple
 from idem_ros.core.config import AUTO, RegistrationConfig
 from idem_ros.core.geometry.moves import moved_in_time
 from idem_ros.core.maps.map_cloud import MapCloud
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.registration import register
 
-HALF_SIDES, REACH, NOISE = np.array([np.inf, 3.0, 2.0]), 30.0, 0.02  # [m]
+CORRIDOR, HALL = (np.inf, 3.0, 2.0), (12.0, 8.0, 2.0)  # [m] half of their sides
+REACH, NOISE = 30.0, 0.02  # [m]
 FEW, MANY = (16, 200), (64, 1000)  # rings, columns; the first scans find the memory of many
 
 
 def warm_up(motion: str = 'none') -> None:
-    """Run every kernel once on scans of a corridor: a blink where they were compiled before.
+    """Run every kernel once on scans of a corridor and of a hall: a blink where they are compiled.
 
     Args:
         motion: of the `RegistrationConfig` to come; what undoes a motion is left out with none.
     """
-    few, many = _scan(*FEW), _scan(*MANY)
+    few, many = _scan(CORRIDOR, *FEW), _scan(HALL, *MANY)
     for size in (None, 0.5, AUTO):
         register(few, few, config=RegistrationConfig(voxel_size=size, max_iterations=1))
     once = RegistrationConfig(voxel_size=0.5, max_iterations=1)
@@ -36,13 +37,13 @@ def warm_up(motion: str = 'none') -> None:
     moved_in_time(source.points, times, np.tile(np.eye(4), (2, 1, 1)), 0.0, 0.1)
 
 
-def _scan(rings: int, columns: int) -> Points:
-    """Return what a spinning LiDAR sees in a corridor, where all is asked that can be asked."""
+def _scan(half_sides: Triple, rings: int, columns: int) -> Points:
+    """Return what a spinning LiDAR sees from the middle of a box, (N, 3)."""
     up, around = np.meshgrid(
         np.linspace(-0.4, 0.4, rings), np.linspace(0.0, 2 * np.pi, columns, endpoint=False)
     )
     level = np.cos(up)
     ray = np.stack([level * np.cos(around), level * np.sin(around), np.sin(up)], axis=-1)
-    points: Points = ray / (np.abs(ray) / HALF_SIDES).max(axis=-1, keepdims=True)
+    points: Points = ray / (np.abs(ray) / half_sides).max(axis=-1, keepdims=True)
     seen: Points = points[np.abs(points).max(axis=-1) < REACH]
     return seen + np.random.default_rng(0).normal(0.0, NOISE, seen.shape)

@@ -8,7 +8,7 @@ from node_bench import FIRST, MS, T_TRUTH, cloud_message, guess_message, publish
 
 # isort: split
 import numpy as np
-from nav_msgs.msg import Odometry
+from geometry_msgs.msg import Twist
 from rclpy.parameter import Parameter
 
 from idem_ros.core import InvalidConfig, register
@@ -40,7 +40,7 @@ def without_tf_messages(monkeypatch):
     monkeypatch.setattr(
         subscriptions,
         '_class_of',
-        lambda msgtype, kind: Odometry if 'tf2_msgs' in msgtype else class_of(msgtype, kind),
+        lambda msgtype, kind: Twist if 'tf2_msgs' in msgtype else class_of(msgtype, kind),
     )
 
 

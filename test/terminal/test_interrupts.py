@@ -185,10 +185,10 @@ def test_what_is_terminated_leaves_nothing_behind_either(folder, tmp_path, name,
 def test_half_a_file_and_half_a_folder_go_with_whatever_ends_the_command(tmp_path, signum):
     script = f"""
 import signal, sys
+signal.signal({signum}, signal.SIG_DFL)  # nohup has SIGHUP ignored
 from pathlib import Path
 from idem_ros.commands import entry, main
-from idem_ros.files.atomic_file import replacing
-from idem_ros.files.atomic_file import filling
+from idem_ros.files.atomic_file import filling, replacing
 
 def run(args):
     with replacing('a.txt') as file, filling('b') as folder:
