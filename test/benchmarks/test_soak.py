@@ -1,6 +1,7 @@
 """The soak in small: it counts right, says what is missed, and leaves no process behind."""
 
 import os
+import signal
 import subprocess
 import sys
 from xml.etree import ElementTree
@@ -50,14 +51,23 @@ def marked_processes(mark):
             continue
 
 
-def test_missed_figure_ends_with_exit_code_1(monkeypatch, capsys):
+@pytest.fixture
+def handlers():
+    """Those of the signals, which the soak sets, again afterwards."""
+    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for each, handler in before.items():
+        signal.signal(each, handler)
+
+
+def test_missed_figure_ends_with_exit_code_1(monkeypatch, capsys, handlers):
     part = parts.Part('one', [Goal('x', 2.0, 1.0)])
     monkeypatch.setattr(parts, 'PARTS', {'one': lambda size: part})
     assert soak.main(['--quick']) == 1
     assert 'MISSED' in capsys.readouterr().out
 
 
-def test_part_that_there_is_not_is_refused_with_the_names_of_those_that_there_are(capsys):
+def test_a_part_that_there_is_not_is_refused_with_the_names_of_all(capsys, handlers):
     assert soak.main(['--quick', '--only', 'restarts']) == 1
     assert 'long_run, fast_run, moving_run, overload, killed' in capsys.readouterr().err
 

@@ -13,7 +13,6 @@ from idem_ros.calibration.starts import read_starts, starts_of
 from idem_ros.commands.main import main
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.files.pose_file import write_poses
-from idem_ros.messages.building import CLOUD
 from idem_ros.recording.messages import cloud_message, tf_message, transform_message, typestore
 from idem_ros.recording.writer import write_mcap
 
@@ -280,21 +279,6 @@ def test_two_topics_of_the_same_points_are_refused(tmp_path, rng, capsys):
     names = ['--start', str(tmp_path / 'start.yaml')]
     assert main(['calibrate', str(path), *names, *VOXELS]) == 1
     assert 'left holds the same points as again' in capsys.readouterr().err
-
-
-def test_a_simulated_rig_is_recorded_with_starts_and_truth(tmp_path):
-    from idem_ros.recording.reader import open_recording
-
-    path = tmp_path / 'rig.mcap'
-    argv = ['simulate', '--lidars', '3', '--scans', '2', '--speed', '2', '--out', str(path)]
-    assert main(argv) == 0
-    with open_recording(path) as recorded:
-        kinds = {name: topic.msgtype for name, topic in recorded.topics.items()}
-        assert [name for name, kind in kinds.items() if kind == CLOUD] == [
-            f'/lidar_{k}/points' for k in range(3)
-        ]
-        assert len(list(recorded.messages(['/ground_truth']))) == 2
-    assert main(['simulate', '--lidars', '1', '--out', str(path)]) == 2
 
 
 def test_a_sensor_that_has_moved_since_it_was_calibrated_is_named(truth, capsys):

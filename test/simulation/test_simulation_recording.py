@@ -5,6 +5,7 @@ import pytest
 from conftest import ROOT
 
 from idem_ros.commands.main import main
+from idem_ros.messages.building import CLOUD
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.recording.reader import open_recording
@@ -84,3 +85,16 @@ def test_misuse_is_refused_in_one_line(capsys, tmp_path, monkeypatch, arguments,
     assert message in error
     assert error.count('\n') == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_simulated_rig_is_recorded_with_starts_and_truth(tmp_path):
+    path = tmp_path / 'rig.mcap'
+    argv = ['simulate', '--lidars', '3', '--scans', '2', '--speed', '2', '--out', str(path)]
+    assert main(argv) == 0
+    with open_recording(path) as recorded:
+        kinds = {name: topic.msgtype for name, topic in recorded.topics.items()}
+        assert [name for name, kind in kinds.items() if kind == CLOUD] == [
+            f'/lidar_{k}/points' for k in range(3)
+        ]
+        assert len(list(recorded.messages(['/ground_truth']))) == 2
+    assert main(['simulate', '--lidars', '1', '--out', str(path)]) == 2
