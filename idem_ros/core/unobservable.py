@@ -19,15 +19,7 @@ from idem_ros.core.solve.pair import Pair
 from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.trust.observability import FIRM, Observability, observability_of
 from idem_ros.core.trust.pattern import pattern_lines
-from idem_ros.core.trust.slide import (
-    MANY_VOTES,
-    MOST_ELSEWHERE,
-    PARTS,
-    Slide,
-    Smears,
-    slide_along,
-    smears_along,
-)
+from idem_ros.core.trust.slide import MANY_VOTES, PARTS, Slide, slide_along, smear_along
 from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
 from idem_ros.core.tuning import SolverTuning
 
@@ -99,8 +91,6 @@ def _along_observable(pair: Pair, T_guess: Transform, descent: Descent) -> Found
         more = _votes(pair, found, direction)
         if more > pair.tuning.more_votes * votes:
             best, votes = found, more
-    if _has_rival(pair, best[0], direction):
-        return without, _observability(pair, without).without(direction)
     return best
 
 
@@ -146,33 +136,16 @@ def _as_it_may_smear(
     if sweep is None or descent.sweep is None or not sweep.is_unknown:
         return
     yield sweep._replace(twist=descent.sweep.twist)
-    smears, found = _smears(pair, without, direction), without.sweep
-    if smears is None or found is None or found.twist is None:
+    if without.cost is None or without.moving is None or without.first is None:
         return  # it was late
-    way = direction @ without.solution.transform[:3, :3]
-    speed = smears.most / (found.end - found.begin) * way
-    yield sweep._replace(twist=found.twist + np.concatenate([np.zeros(3), speed]))
-
-
-def _smears(pair: Pair, descent: Descent, direction: Point) -> Smears | None:
-    """Return the `Smears` where a descent ended; None: no motion was solved, or it was late."""
-    cost, moving, first = descent.cost, descent.moving, descent.first
-    if cost is None or moving is None or first is None:
-        return None
-    T, balls = descent.solution.transform, cost.balls
+    T, found, balls = without.solution.transform, without.moving.sweep, without.cost.balls
     target, source = (own_surfaces(cloud, SURFACE) for cloud in balls.clouds)
-    parts = moving.times_of_centres(T, PARTS)[1][source[2]]
-    reach = balls.radius, pair.tuning.reach * first.radius
-    fraction = moving.sweep.fraction
-    return smears_along(target[:2], (*source[:2], parts), T, direction, reach, fraction)
-
-
-def _has_rival(pair: Pair, descent: Descent, direction: Point) -> bool:
-    """Whether surfaces across a direction coincide elsewhere, too, with another motion."""
-    if pair.sweep is None or not pair.sweep.is_unknown:
-        return False
-    smears = _smears(pair, descent, direction)
-    return smears is not None and smears.rival > MOST_ELSEWHERE
+    parts = without.moving.times_of_centres(T, PARTS)[1][source[2]]
+    reach = balls.radius, pair.tuning.reach * without.first.radius
+    smear = smear_along(target[:2], (*source[:2], parts), T, direction, reach, found.fraction)
+    assert found.twist is not None, 'it was solved'
+    speed = smear / (found.end - found.begin) * direction @ T[:3, :3]
+    yield sweep._replace(twist=found.twist + np.concatenate([np.zeros(3), speed]))
 
 
 def _weak_direction(
@@ -199,8 +172,6 @@ def _is_firm(observability: Observability, k: int, tuning: SolverTuning) -> bool
 def _is_doubtful(pair: Pair, descent: Descent, direction: Point) -> bool:
     """Whether the sensor's pattern coincides where a descent ended, or surfaces do elsewhere."""
     assert descent.cost is not None, 'it was gone through'
-    if _has_rival(pair, descent, direction):
-        return True
     balls = descent.cost.balls
     if min(shapes.surfaces for shapes in balls.shapes()) > pair.tuning.no_lines:
         return False

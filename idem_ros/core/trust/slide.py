@@ -23,9 +23,6 @@ MOST_WAYS = 1 << 18  # to either side: 20 000 radii, where the clouds of no scan
 # Without a rival, bare tunnels, facades and planes give up to 8 votes where no pattern coincides,
 # and with one 18 (`python -m benchmarks tunnels`).
 LEAST_VOTES, MOST_RIVAL, MANY_VOTES = 9.0, 0.5, 18.0
-# Of a sweep whose motion is solved, at any smear: 0.7 in nearly all right results, 0.8 to 1.5 in
-# those that are wrong (tunnels, seeds up to 370).
-MOST_ELSEWHERE = 0.8
 
 
 class Slide(NamedTuple):
@@ -88,22 +85,18 @@ def slide_along(
     return Slide((best - len(votes) // 2) * width, float(votes[best]), rival, votes, width)
 
 
-class Smears(NamedTuple):
-    """How far a sensor went along a direction during its sweep, beside what was undone."""
-
-    most: float  # that for which most votes are, with any way [the clouds' unit]
-    rival: float  # most votes for any way two radii or more off, over those for no way and smear
-
-
-def smears_along(
+def smear_along(
     target: tuple[Points, Points],
     source: tuple[Points, Points, Integers],
     T_target_source: Transform,
     direction: Point,
     reach: tuple[float, float],
     fraction: float,
-) -> Smears:
-    """Return the `Smears` of a sweep, of which surfaces of each part vote on their own.
+) -> float:
+    """Return how far a sensor went along a direction during its sweep, beside what was undone.
+
+    Surfaces of each part of the sweep vote on their own. Of all ways and smears, it is the smear
+    by which the parts agree best.
 
     Args:
         target, T_target_source, direction: as of `slide_along`.
@@ -112,20 +105,11 @@ def smears_along(
         fraction: the place in the sweep of the instant that the pose is of, 0 to 1.
     """
     votes = _votes(target, source, T_target_source, direction, reach, PARTS)
-    steps, radius = votes.shape[1] // 2, 1.0 / BIN  # [bins]
+    steps = votes.shape[1] // 2
     after = (np.arange(PARTS) + 0.5) / PARTS - fraction
-    # [bins]: one apart at the ends of the sweep, and one of them is none
-    smears = range(steps % 2 - steps, steps + 1, 2)
-    rows: list[Floats] = [
-        np.convolve(_sheared(votes, smear * after), BLUR, 'same') for smear in smears
-    ]
-    most = smears[int(np.argmax([float(row.max()) for row in rows]))]
-    off = np.abs(np.arange(len(rows[0])) - len(rows[0]) // 2)
-    near, far = off <= radius, off > 2.0 * radius
-    few = [row for row, smear in zip(rows, smears, strict=True) if abs(smear) <= 2.0 * radius]
-    here = max(float(row[near].max()) for row in few)
-    elsewhere = max(float(row[far].max(initial=0.0)) for row in rows)
-    return Smears(float(BIN * reach[0] * most), elsewhere / max(here, 1.0))
+    smears = range(-steps, steps + 1, 2)  # [bins]: one apart at the ends of the sweep
+    most = [np.convolve(_sheared(votes, smear * after), BLUR, 'same').max() for smear in smears]
+    return BIN * reach[0] * smears[int(np.argmax(most))]
 
 
 def _sheared(votes: Floats, by: Floats) -> Floats:
