@@ -10,7 +10,7 @@ import os
 # of <malloc.h>
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 LARGEST = 32 << 20  # [bytes] that glibc takes: larger arrays, of maps, are handed back at once
-KEPT = 512 << 20  # [bytes] that are free at the end of the heap
+KEPT = 2 * LARGEST  # at the end of the heap, as where glibc itself has seen the largest given back
 
 
 def keep_freed_memory() -> None:

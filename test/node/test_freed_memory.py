@@ -12,7 +12,7 @@ from idem_ros.node.freed_memory import keep_freed_memory
 keep_freed_memory()
 for _ in range(4):
     begin = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-    scans = [np.ones(1_000_000) for _ in range(16)]
+    scans = [np.ones(1_000_000) for _ in range(6)]
     del scans
     print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - begin)
 """
