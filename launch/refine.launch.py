@@ -4,7 +4,6 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import (
-    DeclareLaunchArgument,
     OpaqueFunction,
     SetEnvironmentVariable,
     Shutdown,
@@ -14,7 +13,10 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from idem_ros.parameters.launch_arguments import (
+    COMMON,
+    declared,
     launched_file,
+    left_to_file,
     require_file,
     require_known,
     require_rviz,
@@ -43,12 +45,7 @@ OTHERS = {
         'parameters of the node; for a kind of sensor see depth_camera.yaml, lidar_16.yaml '
         'and lidar_64.yaml beside it',
     ),
-    'use_sim_time': ('false', 'true: time is that of /clock'),
-    'large_clouds': (
-        'false',
-        'true: Fast DDS with shared memory for clouds of megabytes, on this machine only; the '
-        'publishers must use config/fastdds_large_clouds.xml, too',
-    ),
+    **COMMON,
     'rviz': ('false', 'true: show target, refined source and pose'),
     'find': (
         'false',
@@ -58,20 +55,16 @@ OTHERS = {
 }
 ARGUMENTS = {
     **{name: (f'/{name}', what) for name, what in INPUTS.items()},
-    **{name: ('', f'{what}; empty: as params_file says') for name, what in PARAMETERS.items()},
+    **left_to_file(PARAMETERS),
     **OTHERS,
 }
 
 
 def generate_launch_description():
     """Return the node, its inputs remapped by arguments, its parameters from a file; RViz."""
-    declared = [
-        DeclareLaunchArgument(name, default_value=default, description=what)
-        for name, (default, what) in ARGUMENTS.items()
-    ]
     # checked first: launch forgets a process whose start is followed by an error
     return LaunchDescription(
-        [*declared, OpaqueFunction(function=_check), OpaqueFunction(function=_start)]
+        [*declared(ARGUMENTS), OpaqueFunction(function=_check), OpaqueFunction(function=_start)]
     )
 
 

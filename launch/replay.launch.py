@@ -7,7 +7,6 @@ node listens, `idem play`.
 from pathlib import Path
 
 from launch.actions import (
-    DeclareLaunchArgument,
     ExecuteProcess,
     IncludeLaunchDescription,
     OpaqueFunction,
@@ -20,7 +19,12 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.substitutions import ExecutableInPackage
 
-from idem_ros.parameters.launch_arguments import launched_file, require_file, require_known
+from idem_ros.parameters.launch_arguments import (
+    declared,
+    launched_file,
+    require_file,
+    require_known,
+)
 from launch import LaunchDescription
 
 REFINE = PythonLaunchDescriptionSource(str(Path(__file__).with_name('refine.launch.py')))
@@ -41,13 +45,9 @@ ARGUMENTS = {
 
 def generate_launch_description():
     """Return the node with the quality of service of the player, RViz, and what starts to play."""
-    declared = [
-        DeclareLaunchArgument(name, default_value=default, description=what)
-        for name, (default, what) in ARGUMENTS.items()
-    ]
     included = IncludeLaunchDescription(REFINE, launch_arguments=FIXED.items())
     return LaunchDescription(
-        [*declared, OpaqueFunction(function=_check), _played_when_ready(), included]
+        [*declared(ARGUMENTS), OpaqueFunction(function=_check), _played_when_ready(), included]
     )
 
 

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import (
-    DeclareLaunchArgument,
     OpaqueFunction,
     SetEnvironmentVariable,
     Shutdown,
@@ -13,7 +12,14 @@ from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from idem_ros.parameters.launch_arguments import launched_file, require_file, require_known
+from idem_ros.parameters.launch_arguments import (
+    COMMON,
+    declared,
+    launched_file,
+    left_to_file,
+    require_file,
+    require_known,
+)
 from launch import LaunchDescription
 
 CONFIG = Path(get_package_share_directory('idem_ros')) / 'config'
@@ -31,28 +37,19 @@ PARAMETERS = {
 }
 OTHERS = {
     'params_file': ('', 'parameters of the node; empty: its own'),
-    'use_sim_time': ('false', 'true: time is that of /clock'),
-    'large_clouds': (
-        'false',
-        'true: Fast DDS with shared memory for clouds of megabytes, on this machine only; the '
-        'publishers must use config/fastdds_large_clouds.xml, too',
-    ),
+    **COMMON,
 }
 ARGUMENTS = {
     **{name: (None, what) for name, what in RIG.items()},
-    **{name: ('', f'{what}; empty: as params_file says') for name, what in PARAMETERS.items()},
+    **left_to_file(PARAMETERS),
     **OTHERS,
 }
 
 
 def generate_launch_description():
     """Return the node that watches a rig, its parameters from arguments and a file."""
-    declared = [
-        DeclareLaunchArgument(name, default_value=default, description=what)
-        for name, (default, what) in ARGUMENTS.items()
-    ]
     return LaunchDescription(
-        [*declared, OpaqueFunction(function=_check), OpaqueFunction(function=_start)]
+        [*declared(ARGUMENTS), OpaqueFunction(function=_check), OpaqueFunction(function=_start)]
     )
 
 

@@ -1,4 +1,4 @@
-"""What the launch files refuse before anything is started; no ROS."""
+"""What the launch files declare alike, and refuse before anything is started; no ROS."""
 
 import sys
 from collections.abc import Iterable
@@ -8,6 +8,30 @@ from pathlib import Path
 from idem_ros.core.exceptions import IdemError
 
 FILES = ('refine.launch.py', 'replay.launch.py', 'audit.launch.py', 'rig.launch.py')
+COMMON = {
+    'use_sim_time': ('false', 'true: time is that of /clock'),
+    'large_clouds': (
+        'false',
+        'true: Fast DDS with shared memory for clouds of megabytes, on this machine only; the '
+        'publishers must use config/fastdds_large_clouds.xml, too',
+    ),
+}
+
+
+def left_to_file(parameters: dict[str, str]) -> dict[str, tuple[str, str]]:
+    """Return {name: (default, what it is)} of parameters that a file sets where no word does."""
+    return {name: ('', f'{what}; empty: as params_file says') for name, what in parameters.items()}
+
+
+def declared(arguments: dict[str, tuple[str | None, str]]) -> list:
+    """Return the declarations of {name: (default, what it is)}; None: it must be given."""
+    # it has no wheel: only a launch file can import it
+    from launch.actions import DeclareLaunchArgument  # pyright: ignore[reportMissingImports]
+
+    return [
+        DeclareLaunchArgument(name, default_value=default, description=what)
+        for name, (default, what) in arguments.items()
+    ]
 
 
 class LaunchRefused(IdemError):
