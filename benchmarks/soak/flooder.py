@@ -58,38 +58,9 @@ def main():
     for name, rate in RATES.items():
         parser.add_argument(f'--{name}', type=float, default=rate, help='a second')
     args = parser.parse_args()
-    rng, chance = np.random.default_rng(0), random.Random(0)
-    (of_source, of_target), (others, right) = garbage(rng), guesses(rng)
     os.environ[MODE[0]] = MODE[1]
     with playing_node('idem_flood') as node:
-        make = node.create_publisher
-        out = {name: make(PointCloud2, f'/idem_node/{name}', 10) for name in ('source', 'target')}
-        clock = make(Clock, '/clock', 10)
-        publish = make(
-            TransformStamped, '/idem_node/initial_guess', QoSProfile(depth=QUEUE)
-        ).publish
-
-        def guess(count):
-            """Send some: each second one of other frames now, the others right, an hour off."""
-            now = time.time_ns()
-            late = now + chance.choice([-HOUR, HOUR, -HOUR // 36])
-            kinds = (chance.choice(right), late), (chance.choice(others), now)
-            for k in range(count):
-                cdr, stamp = kinds[k % 2]
-                publish(stamped(cdr, stamp + k))
-
-        def cloud(count):
-            """Send some, of the source or of the target."""
-            for _ in range(count):
-                name, kinds = chance.choice([('source', of_source), ('target', of_target)])
-                out[name].publish(stamped(chance.choice(kinds), time.time_ns()))
-
-        def jump(count):
-            """Set the clock to any time."""
-            message = Clock()
-            message.clock.sec = chance.randrange(2**31)
-            clock.publish(message)
-
+        guess, cloud, jump = _senders(node)
         rates = {guess: args.guesses, cloud: args.clouds, jump: args.jumps}
         took = time.process_time()
         counts = _at_rates(rates, args.seconds)
@@ -100,6 +71,39 @@ def main():
         f'took {100 * took:.0f} % of a core to send'
     )
     return 0
+
+
+def _senders(node):
+    """Return what sends guesses, clouds, and times of the clock, each told how many."""
+    rng, chance = np.random.default_rng(0), random.Random(0)
+    (of_source, of_target), (others, right) = garbage(rng), guesses(rng)
+    make = node.create_publisher
+    out = {name: make(PointCloud2, f'/idem_node/{name}', 10) for name in ('source', 'target')}
+    clock = make(Clock, '/clock', 10)
+    publish = make(TransformStamped, '/idem_node/initial_guess', QoSProfile(depth=QUEUE)).publish
+
+    def guess(count):
+        """Send some: each second one of other frames now, the others right, an hour off."""
+        now = time.time_ns()
+        late = now + chance.choice([-HOUR, HOUR, -HOUR // 36])
+        kinds = (chance.choice(right), late), (chance.choice(others), now)
+        for k in range(count):
+            cdr, stamp = kinds[k % 2]
+            publish(stamped(cdr, stamp + k))
+
+    def cloud(count):
+        """Send some, of the source or of the target."""
+        for _ in range(count):
+            name, kinds = chance.choice([('source', of_source), ('target', of_target)])
+            out[name].publish(stamped(chance.choice(kinds), time.time_ns()))
+
+    def jump(count):
+        """Set the clock to any time."""
+        message = Clock()
+        message.clock.sec = chance.randrange(2**31)
+        clock.publish(message)
+
+    return guess, cloud, jump
 
 
 def _at_rates(senders, seconds):
