@@ -49,9 +49,8 @@ def assess(
         agreement: the `Agreement` where it ended.
         observability: the `Observability` there.
     """
-    cost, T = descent.cost, descent.solution.transform
-    assert cost is not None, 'a pose is judged by its cost'
-    balls = cost.balls
+    assert descent.cost is not None, 'a pose is judged by its cost'
+    balls, T = descent.cost.balls, descent.solution.transform
     if agreement.overlap.share == 0.0:
         return Assessment(Verdict.SEPARATED, 0.0, separated(given, T_guess, balls.radius))
     total, both, told = _pull_and_covariance(pair, descent, agreement, observability)
@@ -85,11 +84,11 @@ def assess(
     )
     if pair.config.mode != 'audit':
         return said
-    off = offset_of(T_guess, T, observability)
-    moved = np.linalg.norm(np.linalg.solve(observability.motions, off)) / balls.radius
-    held = pose_covariance(_along_held(covariance, observability), position)
-    said = replace(said, step=float(moved))
-    return audited(said, to_pose(position) @ off, held + more, pair.config.audit_tolerance)
+    offset = offset_of(T_guess, T, observability)
+    moved = np.linalg.norm(np.linalg.solve(observability.motions, offset)) / balls.radius
+    held = pose_covariance(_along_held(covariance, observability), position) + more
+    of_minimum = replace(said, step=float(moved))
+    return audited(of_minimum, to_pose(position) @ offset, held, pair.config.audit_tolerance)
 
 
 def _pull_and_covariance(
