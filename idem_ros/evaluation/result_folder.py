@@ -6,7 +6,7 @@ from pathlib import Path
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import identity
-from idem_ros.files.atomic_file import UnwritableFile, replacing
+from idem_ros.files.atomic_file import UnwritableFile, replacing, require_folder_around
 from idem_ros.files.structured_text import parse_json
 from idem_ros.results.result_file import read_result
 
@@ -35,10 +35,7 @@ def open_folder(folder, made_with):
         UnwritableFile: it cannot be made or written.
     """
     folder = Path(folder)
-    if not folder.absolute().parent.is_dir():
-        raise UnwritableFile(
-            f'cannot make the folder {folder}: {folder.parent} does not exist; make it first'
-        )
+    require_folder_around(folder)
     try:
         folder.mkdir(exist_ok=True)
         empty = not any(folder.iterdir())

@@ -30,10 +30,7 @@ def require_writable(path):
     """
     path = final_path(path)
     try:
-        if not path.parent.is_dir():
-            raise UnwritableFile(
-                f'cannot write {path}: the folder {path.parent} does not exist; make it first'
-            )
+        require_folder_around(path)
         if _stands(path) and not path.is_file():
             raise UnwritableFile(
                 f'cannot write {path}: it is not a regular file; give a file name'
@@ -41,6 +38,22 @@ def require_writable(path):
         _created(path).unlink()
     except OSError as error:
         raise _unwritable(path, error) from error
+
+
+def require_folder_around(path):
+    """Refuse an output where there is no folder to put it in.
+
+    Args:
+        path: of the file or folder to be made.
+
+    Raises:
+        UnwritableFile: the folder around it does not exist, or is none.
+    """
+    around = Path(path).absolute().parent
+    if not around.exists():
+        raise UnwritableFile(f'cannot write {path}: {around} does not exist; make it first')
+    if not around.is_dir():
+        raise UnwritableFile(f'cannot write {path}: {around} is no folder; name another')
 
 
 @contextmanager
@@ -143,10 +156,7 @@ def require_free(path):
             raise UnwritableFile(
                 f'the folder {path} is not empty, and nothing in it is overwritten; name a new one'
             )
-        if not path.parent.is_dir():
-            raise UnwritableFile(
-                f'cannot make the folder {path}: {path.parent} does not exist; make it first'
-            )
+        require_folder_around(path)
         trial = temporary_name(path)
         trial.mkdir()
         trial.rmdir()

@@ -71,6 +71,6 @@ def test_a_damaged_folder_is_refused(folder):
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
     (tmp_path / 'file').touch()
-    for path in (tmp_path / 'no' / 'where', tmp_path / 'file'):
-        with pytest.raises(UnwritableFile, match='cannot make the folder'):
-            open_folder(path, MADE_WITH)
+    for name, words in (('no/where', 'no does not exist'), ('file', 'cannot make the folder')):
+        with pytest.raises(UnwritableFile, match=words):
+            open_folder(tmp_path / name, MADE_WITH)

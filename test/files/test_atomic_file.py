@@ -59,6 +59,12 @@ def test_a_missing_folder_is_named(tmp_path):
         require_writable(tmp_path / 'missing' / 'result.txt')
 
 
+def test_output_below_a_file_is_refused_before_the_work(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(UnwritableFile, match='file is no folder; name another'):
+        require_writable(tmp_path / 'file' / 'out.json')
+
+
 def test_a_folder_in_the_place_of_the_file_is_refused(tmp_path):
     with pytest.raises(UnwritableFile, match='not a regular file'):
         require_writable(tmp_path)
