@@ -170,7 +170,7 @@ def test_results_of_other_settings_are_not_mixed_with_these_or_touched(done, cap
         (['drives', '--jobs', '0'], 2, '--jobs is 0'),
         (['nowhere'], 1, 'nowhere does not exist'),
         (['drives', '--voxel-size', '-1'], 2, 'voxel_size'),
-        (['drives', '--out', 'no/where'], 1, 'cannot make the folder'),
+        (['drives', '--out', 'no/where'], 1, 'no does not exist; make it first'),
         (['drives', '--out', 'drives'], 2, 'other files'),
         (['drives', '--method', 'idem,icp'], 2, 'an evaluation is of one'),
     ],
