@@ -93,7 +93,7 @@ def test_a_replay_passes_its_gate(folder, rng, capsys):
             '--junit is ./a.json, which would replace the input',
         ),
         (['a.json', '--junit', 'rules.yaml'], 2, 'which would replace the input'),
-        (['a.json', '--junit', 'no/gate.xml'], 1, 'the folder'),
+        (['a.json', '--junit', 'no/gate.xml'], 1, 'make it first'),
     ],
 )
 def test_bad_input_gets_one_line_and_writes_nothing(folder, capsys, argv, code, words):
