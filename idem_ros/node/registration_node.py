@@ -6,9 +6,9 @@ import sys
 from contextlib import suppress
 from itertools import pairwise
 
+from idem_ros.node.allocation import keep_freed_memory, take_small_pages
 from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
 from idem_ros.node.environment import RclpyMissing, require_rclpy
-from idem_ros.node.freed_memory import keep_freed_memory
 from idem_ros.terminal.command_line import CommandLine
 from idem_ros.terminal.printable import error_line
 
@@ -43,6 +43,7 @@ def main(args: list[str] | None = None, name: str = ONE) -> int:
     """
     note_signals()
     keep_freed_memory()
+    take_small_pages()
     try:
         require_rclpy(name)
     except RclpyMissing as error:

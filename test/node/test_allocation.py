@@ -8,7 +8,7 @@ import pytest
 ROUNDS = """
 import resource, sys
 import numpy as np
-from idem_ros.node.freed_memory import keep_freed_memory
+from idem_ros.node.allocation import keep_freed_memory
 keep_freed_memory()
 for _ in range(4):
     begin = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
@@ -31,3 +31,16 @@ def test_scans_after_the_first_find_its_memory_unless_the_user_told_malloc_other
     assert max(later) < first / 10
     _, *told = page_faults(MALLOC_TRIM_THRESHOLD_='131072')
     assert min(told) > 10 * max(*later, 1)
+
+
+@pytest.mark.skipif(platform.system() != 'Linux', reason='huge pages are of Linux')
+def test_no_array_is_in_huge_pages():
+    script = """
+from idem_ros.node.allocation import take_small_pages
+take_small_pages()
+print(open('/proc/self/status').read())
+"""
+    done = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, check=True
+    )
+    assert 'THP_enabled:\t0' in done.stdout
