@@ -154,20 +154,23 @@ three:
 		--legal-comments=none --outfile=three.min.js
 	cat idem_ros/viewer/three_licence.txt build/three/three.min.js > idem_ros/viewer/three.min.js
 
+# a figure that is missed ends its command with 1, and the others go on
 bench: $(READY)
-	$(BIN)/python -m benchmarks main --markdown docs/figures.md
-	$(BIN)/python -m benchmarks accuracy --markdown docs/bench_accuracy.md
-	$(BIN)/python -m benchmarks speed --markdown docs/bench_speed.md
-	$(BIN)/python -m benchmarks rings --markdown docs/bench_rings.md
-	$(BIN)/python -m benchmarks maps --markdown docs/bench_maps.md
-	$(BIN)/python -m benchmarks calibrate --markdown docs/bench_rigs.md
-	$(BIN)/python -m benchmarks real --markdown docs/bench_real.md
-	$(BIN)/python -m benchmarks ablate --markdown docs/bench_ablate.md
-	$(BIN)/python -m benchmarks trust --markdown docs/bench_trust.md
-	$(BIN)/python -m benchmarks sweeps --markdown docs/bench_sweeps.md
-	$(BIN)/python -m benchmarks tunnels --markdown docs/bench_tunnels.md
-	$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
-	$(BIN)/python -m benchmarks viewer --markdown docs/bench_viewer.md
+	-$(BIN)/python -m benchmarks main --markdown docs/figures.md
+	-$(BIN)/python -m benchmarks accuracy --markdown docs/bench_accuracy.md
+	-$(BIN)/python -m benchmarks speed --markdown docs/bench_speed.md
+	-$(BIN)/python -m benchmarks rings --markdown docs/bench_rings.md
+	-$(BIN)/python -m benchmarks maps --markdown docs/bench_maps.md
+	-$(BIN)/python -m benchmarks calibrate --markdown docs/bench_rigs.md
+	-$(BIN)/python -m benchmarks real --markdown docs/bench_real.md
+	-$(BIN)/python -m benchmarks ablate --markdown docs/bench_ablate.md
+	-$(BIN)/python -m benchmarks trust --markdown docs/bench_trust.md
+	-$(BIN)/python -m benchmarks sweeps --markdown docs/bench_sweeps.md
+	-$(BIN)/python -m benchmarks tunnels --markdown docs/bench_tunnels.md
+	-$(BIN)/python -m benchmarks several --markdown docs/bench_several.md
+	-$(BIN)/python -m benchmarks smooth --markdown docs/bench_smooth.md
+	-$(BIN)/python -m benchmarks evaluation --markdown docs/bench_evaluation.md
+	-$(BIN)/python -m benchmarks viewer --markdown docs/bench_viewer.md
 
 # build/lib is removed: setuptools would pack what is no longer in the checkout; the wheel is built from the sdist
 build/dist/.ready: $(INSTALLED)/.ready FORCE

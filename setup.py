@@ -77,9 +77,9 @@ setup(
     entry_points={
         'console_scripts': [
             'idem = idem_ros.commands.entry:main',
-            'idem_node = idem_ros.node.registration_node:main',
-            'idem_lifecycle_node = idem_ros.node.registration_node:main_managed',
-            'idem_rig_node = idem_ros.node.registration_node:main_rig',
+            'idem_node = idem_ros.node.entry:main',
+            'idem_lifecycle_node = idem_ros.node.entry:main_managed',
+            'idem_rig_node = idem_ros.node.entry:main_rig',
         ]
     },
 )

@@ -4,8 +4,8 @@ from itertools import chain
 
 import numpy as np
 
+from benchmarks.ablate_cases import STARTS
 from benchmarks.chance import ratio_interval
-from benchmarks.unseen import STARTS
 from idem_ros.terminal.markdown import number as digits
 from idem_ros.terminal.markdown import table
 

@@ -3,8 +3,8 @@
 from dataclasses import asdict
 
 from benchmarks.case import LEVELS
+from benchmarks.judged_figures import verdicts
 from benchmarks.real_pairs import TRUSTED
-from benchmarks.verdict import verdicts
 from idem_ros.terminal.markdown import number, table
 
 HEADER = (

@@ -16,7 +16,7 @@ import traceback
 import warnings
 from pathlib import Path
 
-from idem_ros.core import blocks
+from idem_ros.core import workers
 
 SECONDS, MEMORY = 10.0, 2 * 2**30  # of one case; [bytes]
 WAIT = 60.0  # [s] of real time, for what waits and does nothing
@@ -117,7 +117,7 @@ def _run(cases, kind, indices, seed, writing):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     for category in (RuntimeWarning, UserWarning):  # of each case, not of the first alone
         warnings.simplefilter('always', category)
-    blocks._pool.cache_clear()  # a fork has no threads; those of the parent would never answer
+    workers._pool.cache_clear()  # a fork has no threads; those of the parent would never answer
     size = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (size + MEMORY, size + MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

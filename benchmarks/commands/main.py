@@ -8,12 +8,12 @@ from benchmarks.commands import (
     bounded,
     docs,
     maps,
+    real,
     rigs,
     several,
     smooth,
     sweeps,
     tunnels,
-    unseen,
     voxels,
 )
 from benchmarks.commands.outputs import (
@@ -59,7 +59,7 @@ def _parser():
     add_config_options(rings, without=OWN)
     rings.set_defaults(run=_rings)
     bounded.add_parser(kinds)
-    unseen.add_parsers(kinds, OWN)
+    real.add_parsers(kinds, OWN)
     voxels.add_parser(kinds, OWN)
     maps.add_parser(kinds, OWN)
     several.add_parser(kinds, OWN)

@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from idem_ros.simulation.parts import car, lamp_post, tree
-from idem_ros.simulation.scene import Scene, box, merged, mesh, placed
+from idem_ros.simulation.furniture import car, lamp_post, tree
+from idem_ros.simulation.surfaces import Scene, box, merged, mesh, placed
 
 LOT = 40.0  # [m]: streets run along the edges of lots
 STREET = 6.0  # [m] from the edge of a lot to what stands on it

@@ -9,10 +9,10 @@ import numpy as np
 from benchmarks.goal import Goal
 from benchmarks.rigs.measure import Error, error_of
 from benchmarks.rigs.scenes import FIRST_SEED
+from idem_ros.calibration.initial_extrinsics import starts_of
 from idem_ros.calibration.recorded_sightings import cloud_topics, recorded_rig, sightings_in
-from idem_ros.calibration.sighting import calibrate_sightings
 from idem_ros.calibration.sighting_messages import preparing
-from idem_ros.calibration.starts import starts_of
+from idem_ros.calibration.synchronized_scans import calibrate_sightings
 from idem_ros.messages.transform_message import matrix_of
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap

@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.goal import Goal
 from benchmarks.rigs.scenes import rig_scene
-from idem_ros.calibration.calibrating import calibrate
 from idem_ros.calibration.fusion import difference
+from idem_ros.calibration.rig_calibration import calibrate
 from idem_ros.core import IdemError
 from idem_ros.terminal.markdown import number, table
 

@@ -11,8 +11,8 @@ from idem_ros.recording.messages import cloud_message
 from idem_ros.recording.writer import write_mcap
 from idem_ros.simulation.drive import drive, perturbed
 from idem_ros.simulation.lidar import Lidar, scan
-from idem_ros.simulation.scene import Scene
 from idem_ros.simulation.street import LANE
+from idem_ros.simulation.surfaces import Scene
 from idem_ros.simulation.town import BLOCK, Town, street_corners
 
 START, STEP = 10**9, 10**8  # [ns]

@@ -8,17 +8,17 @@ pose between them. Either is in units of the variance that the standing sensor's
 import numpy as np
 
 from idem_ros.core import Cloud
-from idem_ros.core.blocks import Workers
 from idem_ros.core.metric.balls import between_origins
 from idem_ros.core.solve.cost import Linearization
-from idem_ros.core.solve.moving import MovingCost, of_common_twist
 from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.solve.sweep import sweep_of
-from idem_ros.core.trust.moving_covariance import of_pose_and_twist
+from idem_ros.core.solve.sweep_cost import MovingCost, of_common_twist
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance
+from idem_ros.core.trust.sweep_covariance import of_pose_and_twist
 from idem_ros.core.trust.twist_prior import weighed_twist
 from idem_ros.core.trust_tuning import TRUST
 from idem_ros.core.tuning import SOLVER
+from idem_ros.core.workers import Workers
 
 NOTHING = 0.0, 0.0  # is known of the twist
 ROTATION, TRANSLATION = slice(3, 6), slice(0, 3)

@@ -11,8 +11,8 @@ from benchmarks.goal import Goal
 from benchmarks.trust.places import PLACES
 from benchmarks.trust.sensors import place_case
 from idem_ros.core import Cloud, RegistrationConfig, register
-from idem_ros.simulation.parts import car
-from idem_ros.simulation.scene import Scene, box, merged, placed
+from idem_ros.simulation.furniture import car
+from idem_ros.simulation.surfaces import Scene, box, merged, placed
 
 FIRST_SEED = 9200
 # lanes beside the sensor's own [m]

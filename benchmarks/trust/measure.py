@@ -29,13 +29,13 @@ from benchmarks.trust.shipped import FIRST_SEED, cases, other_place, said_of, sh
 from benchmarks.trust.spread import spread, worst_coverage
 from benchmarks.trust.ways import ways
 from idem_ros.core import Cloud, register, warm_up
-from idem_ros.core.blocks import ALONE
 from idem_ros.core.coarse_to_fine import descend
 from idem_ros.core.metric.balls import between_origins
 from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust_tuning import TRUST
 from idem_ros.core.tuning import SOLVER
+from idem_ros.core.workers import ALONE
 from idem_ros.evaluation.worker_processes import worker_pool
 
 # cases of a kind; of 48, the worst of six axes is off by 11 points of coverage by chance alone

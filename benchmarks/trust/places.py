@@ -5,8 +5,8 @@ Each is a function of a random generator that returns a `Scene`, x along, z = 0 
 
 import numpy as np
 
-from idem_ros.simulation.parts import bush, car, house, lamp_post, tree
-from idem_ros.simulation.scene import Scene, box, merged, mesh, placed
+from idem_ros.simulation.furniture import bush, car, house, lamp_post, tree
+from idem_ros.simulation.surfaces import Scene, box, merged, mesh, placed
 
 HALF = 40.0  # [m]: open ground reaches so far from the middle
 LONG = 70.0  # [m]: a tunnel does

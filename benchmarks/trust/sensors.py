@@ -13,8 +13,8 @@ from idem_ros.simulation.drive import drive
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.raycast import cast
 from idem_ros.simulation.room import room
-from idem_ros.simulation.scene import merged, placed
 from idem_ros.simulation.street import street
+from idem_ros.simulation.surfaces import merged, placed
 
 LIDAR = Lidar(azimuth_steps=600)
 PATTERNS = {

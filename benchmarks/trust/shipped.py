@@ -7,13 +7,13 @@ from zlib import crc32
 
 import numpy as np
 
+from benchmarks.ablate_cases import Unseen, unseen
 from benchmarks.case import displaced, errors
 from benchmarks.goal import Goal
 from benchmarks.new_scans import scan_sets
 from benchmarks.trust.places import PLACES
 from benchmarks.trust.poses import moved_by
 from benchmarks.trust.sensors import depth_case, place_case
-from benchmarks.unseen import Unseen, unseen
 from idem_ros.core import Cloud, RegistrationConfig, register
 from idem_ros.replay.peers import small_gicp
 

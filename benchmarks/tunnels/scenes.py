@@ -6,8 +6,8 @@ import numpy as np
 
 from idem_ros.simulation.forest import forest
 from idem_ros.simulation.room import room
-from idem_ros.simulation.scene import Scene, box, mesh
 from idem_ros.simulation.street import street
+from idem_ros.simulation.surfaces import Scene, box, mesh
 
 LONG = 200.0  # [m]: half a bare scene's length, beyond any range
 THICK = 3.0

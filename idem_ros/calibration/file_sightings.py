@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from idem_ros.calibration.sighting import Measured, Sighting
+from idem_ros.calibration.synchronized_scans import Measured, Sighting
 from idem_ros.core.exceptions import IdemError
 from idem_ros.files.cloud_file import READERS
 from idem_ros.files.cloud_list import refuse_copy, refuse_same_files

@@ -14,7 +14,7 @@ from idem_ros.calibration.fusion import SIGMAS, Fused
 from idem_ros.core import Verdict
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import CloudVerdict
-from idem_ros.core.trust.words import named
+from idem_ros.core.trust.free_motion_text import named
 
 START = np.repeat([0.5, np.radians(45.0)], 3)  # standard deviation of where it is looked for
 MEDIAN = 5.348  # of the squares of six normal numbers

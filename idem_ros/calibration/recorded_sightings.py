@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from idem_ros.calibration.frame_tree import FrameTree, bare
-from idem_ros.calibration.sighting import Sighting
+from idem_ros.calibration.initial_extrinsics import tree_of_messages
 from idem_ros.calibration.sighting_messages import SECOND, measured_in, nearest
-from idem_ros.calibration.starts import tree_of_messages
+from idem_ros.calibration.synchronized_scans import Sighting
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.messages.transform_message import matrix_of, stamp_ns

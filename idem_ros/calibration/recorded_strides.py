@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from idem_ros.calibration.relative_motions import Stride
 from idem_ros.calibration.rig_motion import is_still
 from idem_ros.calibration.sighting_messages import SECOND, measured_in, nearest
-from idem_ros.calibration.strides import Stride
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.transform_message import stamp_ns
 

@@ -4,11 +4,11 @@ from collections import deque
 from dataclasses import replace
 from typing import NamedTuple
 
-from idem_ros.calibration.calibrating import combined
 from idem_ros.calibration.drift import Drift, covariances_of, drift_of
+from idem_ros.calibration.initial_extrinsics import starts_of
+from idem_ros.calibration.rig_calibration import combined
 from idem_ros.calibration.rig_motion import step_between
-from idem_ros.calibration.sighting import calibrate_sightings
-from idem_ros.calibration.starts import starts_of
+from idem_ros.calibration.synchronized_scans import calibrate_sightings
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.calibration.frame_tree import bare
-from idem_ros.calibration.sighting import Measured, Sighting
+from idem_ros.calibration.synchronized_scans import Measured, Sighting
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns

@@ -104,11 +104,11 @@ def _add_inputs(parser):
 
 def run(args):
     """Calibrate, print and write."""
-    from idem_ros.calibration.by_motion import with_motion
-    from idem_ros.calibration.calibrating import Uncalibrated
-    from idem_ros.calibration.sighting import calibrate_sightings
-    from idem_ros.calibration.starts import no_starts, read_starts, starts_of
-    from idem_ros.calibration.written import beside_truth, moved, write_calibration
+    from idem_ros.calibration.initial_extrinsics import no_starts, read_starts, starts_of
+    from idem_ros.calibration.placed_by_motion import with_motion
+    from idem_ros.calibration.result_files import beside_truth, moved, write_calibration
+    from idem_ros.calibration.rig_calibration import Uncalibrated
+    from idem_ros.calibration.synchronized_scans import calibrate_sightings
     from idem_ros.commands.calibration_lines import record_text, text
     from idem_ros.files.atomic_file import require_free
 
@@ -163,7 +163,7 @@ def _is_recording(args):
 def _filed(args):
     """Return what there is to `Read` in files."""
     from idem_ros.calibration.file_sightings import files_of, sightings_of
-    from idem_ros.calibration.strides import strides_between
+    from idem_ros.calibration.relative_motions import strides_between
 
     preprocessing = config_from(args, PreprocessingConfig)
 

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 
-from idem_ros.calibration.rig_motion import is_still
-from idem_ros.calibration.written import (
+from idem_ros.calibration.result_files import (
     calibrated_edges,
     publishers,
     record_of,
     sensors_table,
 )
+from idem_ros.calibration.rig_motion import is_still
 
 
 def text(calibrated, twists, notes, folder):

@@ -64,8 +64,8 @@ def _write_trajectory(recording, args):
 
 
 def _write_places(recording, args):
+    from idem_ros.calibration.result_files import places_text
     from idem_ros.calibration.true_places import read_true_places
-    from idem_ros.calibration.written import places_text
     from idem_ros.files.atomic_file import replacing
 
     places, notes = read_true_places(recording, args.truth_topic)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from idem_ros.core.arrays import Transform, Twists
-from idem_ros.core.blocks import OutOfTime
 from idem_ros.core.retry import Try, next_try
 from idem_ros.core.solve.cost import Linearization
 from idem_ros.core.solve.descent import Descent, not_begun
-from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose
 from idem_ros.core.solve.newton import Criteria, Solution, Termination, minimize
 from idem_ros.core.solve.pair import Pair, Stage, wider_stage
+from idem_ros.core.solve.sweep_cost import MovingCost, of_common_twist, of_each_pose
 from idem_ros.core.trust.basin import FIRST, LAST, confidence
+from idem_ros.core.workers import OutOfTime
 
 
 def descend(pair: Pair, T: Transform, motions: Twists | None = None) -> Descent:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.assessed_result import assessed, late, unsolved
-from idem_ros.core.blocks import OutOfTime, Workers, workers_of
 from idem_ros.core.coarse_to_fine import at_guess, descend
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
+from idem_ros.core.free_motions import ended, left_as_guessed
 from idem_ros.core.geometry import se3
 from idem_ros.core.maps.target import (
     Target,
@@ -28,7 +28,7 @@ from idem_ros.core.solve.sweep import Sweep, sweep_of
 from idem_ros.core.trust.prior import Guess, information_of_guess
 from idem_ros.core.trust_tuning import TRUST, TrustTuning
 from idem_ros.core.tuning import SOLVER, SolverTuning
-from idem_ros.core.unobservable import ended, left_as_guessed
+from idem_ros.core.workers import OutOfTime, Workers, workers_of
 
 
 def register(

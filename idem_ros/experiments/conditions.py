@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.experiments.remeshing import remeshed
 from idem_ros.simulation.lidar import Lidar, scan
-from idem_ros.simulation.scene import Scene, box
+from idem_ros.simulation.surfaces import Scene, box
 
 STEPS, RISE, TREAD, WIDE = 12, 0.17, 0.32, 3.0  # of one flight [m]
 LANDING = 2.0

@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 
-NODE = [sys.executable, '-m', 'idem_ros.node.registration_node']
+NODE = [sys.executable, '-m', 'idem_ros.node.entry']
 END_PATIENCE = 10.0  # [s]
 
 

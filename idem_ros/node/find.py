@@ -10,7 +10,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from idem_ros.messages.building import CLOUD
 from idem_ros.node.messages import message_class
-from idem_ros.node.offers import offers_on
+from idem_ros.node.publisher_qos import offers_on
 from idem_ros.pairing.guesses import STREAMED, TF
 from idem_ros.terminal.markdown import table
 from idem_ros.terminal.printable import printable

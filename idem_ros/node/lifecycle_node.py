@@ -3,9 +3,9 @@
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from idem_ros.core import IdemError
-from idem_ros.node.adapter import NAME
 from idem_ros.node.dead_ports import domain_of, no_dead_ports
 from idem_ros.node.live_registration import LiveRegistration
+from idem_ros.node.registration_node import NAME
 from idem_ros.terminal.printable import counted, error_line
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE

@@ -17,6 +17,7 @@ from idem_ros.node.capsules import Capsules
 from idem_ros.node.config import OutputConfig, SubscriptionConfig
 from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, Control, answered
+from idem_ros.node.diagnostics_publisher import PERIOD
 from idem_ros.node.ending import warm_up
 from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import EVERY_INPUT
@@ -24,7 +25,6 @@ from idem_ros.node.outputs import require_outputs
 from idem_ros.node.parameters import LiveParameters
 from idem_ros.node.publishing import Publishing
 from idem_ros.node.refining import Refining
-from idem_ros.node.report import PERIOD
 from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.pairing.guesses import GuessConfig

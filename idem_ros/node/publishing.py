@@ -12,9 +12,9 @@ from idem_ros.node.capsules import Capsules
 from idem_ros.node.config import OutputConfig
 from idem_ros.node.console import Console
 from idem_ros.node.control import Answer, what_came_of
+from idem_ros.node.diagnostics_publisher import Report
 from idem_ros.node.outputs import Outputs
 from idem_ros.node.refining import Job
-from idem_ros.node.report import Report
 from idem_ros.node.traffic import Load, Traffic
 from idem_ros.pairing.pair import Refusal
 from idem_ros.refinement.outcome import Refinement

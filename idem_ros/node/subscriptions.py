@@ -11,8 +11,9 @@ from rclpy.subscription import Subscription
 
 from idem_ros.node.config import AUTO, SubscriptionConfig
 from idem_ros.node.interface import IMU_INPUTS, TF_INPUTS, Topic, inputs_with
+from idem_ros.node.lazy_message import Unread, UnreadableMessage, begins_with_header, unread_of
 from idem_ros.node.messages import class_needed
-from idem_ros.node.offers import (
+from idem_ros.node.publisher_qos import (
     TRANSIENT_LOCAL,
     VOLATILE,
     durabilities_for,
@@ -20,7 +21,6 @@ from idem_ros.node.offers import (
     offers_on,
     why_unheard,
 )
-from idem_ros.node.unread import Unread, UnreadableMessage, begins_with_header, unread_of
 
 TF_DEPTH = 100  # as tf2 has it
 IMU_DEPTH = 200  # half a second at 400 Hz

@@ -25,9 +25,9 @@ class _Edge:
 class TransformTree:
     """Guesses from tf: the pose of the source frame in the target frame at the source's stamp.
 
-    Every transform on the way is taken at that stamp, by the rules of `guesses.pose_at`. A frame
-    that is given another parent forgets its way to the one before; one that is given itself as
-    parent does not.
+    Every transform on the way is taken at that stamp, by the rules of `stamped_poses.pose_at`. A
+    frame that is given another parent forgets its way to the one before; one that is given itself
+    as parent does not.
     """
 
     def __init__(self):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.geometry import se3
-from idem_ros.core.geometry.moves import moved_in_time
+from idem_ros.core.geometry.deskewing import moved_in_time
 from idem_ros.core.geometry.se3 import inverse, inverses
 
 STEPS = 512  # of a sweep, between which a motion is linear: off by 1e-7 of a range at 90 deg/s

@@ -11,7 +11,7 @@ from idem_ros.results.result_file import Result, read_result
 from idem_ros.trajectory.errors import second_differences
 
 SIGMAS = 'sigma_m', 'sigma_deg'
-UNKNOWN = 0.5e6  # a variance of which nothing is known: see `assessment.NOTHING_KNOWN`
+UNKNOWN = 0.5e6  # a variance of which nothing is known: see `trust.verdict.NOTHING_KNOWN`
 POSES = {'T_target_source': '', 'T_guess': '_before'}
 
 

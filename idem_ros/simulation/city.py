@@ -8,8 +8,8 @@ from idem_ros.recording.writer import write_mcap
 from idem_ros.simulation.drive import drive
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.recording import MAPPER_OFFSET_M, SCANNER, rounded, scan_messages
-from idem_ros.simulation.scene import Scene
 from idem_ros.simulation.street import LANE
+from idem_ros.simulation.surfaces import Scene
 from idem_ros.simulation.town import BLOCK, Town
 
 MAP, DRIVE = 'map', 'drive.mcap'

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from idem_ros.simulation.parts import BURIED, bush
-from idem_ros.simulation.scene import Floor, Scene, box, curve, merged, mesh, placed
+from idem_ros.simulation.furniture import BURIED, bush
+from idem_ros.simulation.surfaces import Floor, Scene, box, curve, merged, mesh, placed
 
 HALF = 35.0  # [m]: the wood is a square of twice this
 EDGE = 5.0  # [m] of bare ground about it

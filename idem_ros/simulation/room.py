@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.simulation.parts import (
+from idem_ros.simulation.furniture import (
     cartons,
     cupboard,
     pillar,
@@ -13,7 +13,7 @@ from idem_ros.simulation.parts import (
     shelf,
     table,
 )
-from idem_ros.simulation.scene import Floor, Scene, box, curve, merged, placed
+from idem_ros.simulation.surfaces import Floor, Scene, box, curve, merged, placed
 
 THICK = 0.2  # [m], of the wall between the rooms, and of floor and ceiling
 DEEP = 0.4  # [m], of the outer walls

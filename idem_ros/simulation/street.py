@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from idem_ros.simulation.parts import bush, car, house, lamp_post, sign, street_box, tree
-from idem_ros.simulation.scene import Scene, box, merged, mesh, placed
+from idem_ros.simulation.furniture import bush, car, house, lamp_post, sign, street_box, tree
+from idem_ros.simulation.surfaces import Scene, box, merged, mesh, placed
 
 LENGTH = 130.0
 KERB = 5.2  # [m] from the centre line to either kerb: a lane and a parking bay

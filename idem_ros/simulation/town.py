@@ -4,9 +4,9 @@ from collections import OrderedDict
 
 import numpy as np
 
-from idem_ros.simulation.parts import bush, car, house, lamp_post, sign, street_box, tree
-from idem_ros.simulation.scene import Scene, merged, mesh, placed
+from idem_ros.simulation.furniture import bush, car, house, lamp_post, sign, street_box, tree
 from idem_ros.simulation.street import KERB, KERB_HEIGHT, PAVEMENT
+from idem_ros.simulation.surfaces import Scene, merged, mesh, placed
 
 BLOCK = 90.0  # [m] from the middle of a street to that of the next
 FRONT = KERB + PAVEMENT[1]  # [m] from the middle of a street to the fronts

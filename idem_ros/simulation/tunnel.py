@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from idem_ros.simulation.parts import car, street_box
-from idem_ros.simulation.scene import Scene, box, curve, merged, mesh, placed
+from idem_ros.simulation.furniture import car, street_box
+from idem_ros.simulation.surfaces import Scene, box, curve, merged, mesh, placed
 
 LENGTH = 140.0  # [m]
 DRIVEN = (35.0, 105.0)  # [m] along it

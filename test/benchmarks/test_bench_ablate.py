@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from benchmarks.ablate import Compared, Number, Run, ablate, compared_record, numbers
+from benchmarks.ablate_cases import FIRST_SEED, STARTS, Unseen, unseen
 from benchmarks.ablate_report import ablation_markdown
 from benchmarks.case import Case
 from benchmarks.commands.main import main
 from benchmarks.conditions import condition
 from benchmarks.rows import SEEDS
-from benchmarks.unseen import FIRST_SEED, STARTS, Unseen, unseen
 from idem_ros.core.tuning import SolverTuning
 from idem_ros.simulation.body import BUNNY, random_body, surface_points
 

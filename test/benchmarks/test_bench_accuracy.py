@@ -12,9 +12,9 @@ from benchmarks.case import LEVELS, Case
 from benchmarks.chance import ratio_interval
 from benchmarks.commands.main import main
 from benchmarks.earlier import NotMeasured, with_peers_of
+from benchmarks.judged_figures import verdicts
 from benchmarks.methods import PEERS, Setting, settings
 from benchmarks.rows import Row, accuracy_rows
-from benchmarks.verdict import verdicts
 from idem_ros.core import RegistrationConfig
 
 

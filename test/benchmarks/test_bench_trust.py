@@ -3,6 +3,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from benchmarks.ablate_cases import Unseen
 from benchmarks.bare_scenes import bare_case
 from benchmarks.conditions import condition
 from benchmarks.trust.fit import (
@@ -23,7 +24,6 @@ from benchmarks.trust.sensors import place_case
 from benchmarks.trust.shipped import said_of, shipped_goals
 from benchmarks.trust.spread import Spread, spread, worst_coverage
 from benchmarks.trust.ways import Way, ways
-from benchmarks.unseen import Unseen
 from idem_ros.core.trust.basin import LAST
 from idem_ros.core.trust.verdict_model import BEYOND, probability
 

@@ -6,7 +6,7 @@ from clouds import error_of, motion
 
 from idem_ros.calibration.fusion import difference
 from idem_ros.calibration.hand_eye import hand_eye
-from idem_ros.calibration.strides import Step
+from idem_ros.calibration.relative_motions import Step
 from idem_ros.core import Verdict
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import CloudVerdict

@@ -6,7 +6,7 @@ from idem_ros.calibration.fusion import difference
 from idem_ros.calibration.instant import Instant, solved
 from idem_ros.calibration.lateness import motion_covariances
 from idem_ros.calibration.rig_motion import at_one_time
-from idem_ros.calibration.sighting import Measured
+from idem_ros.calibration.synchronized_scans import Measured
 from idem_ros.core import RegistrationConfig
 
 LATE = 0.0, 0.05, -0.03  # [s] of each sensor

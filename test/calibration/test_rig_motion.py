@@ -11,7 +11,7 @@ from idem_ros.calibration.rig_motion import (
     motion_at_time,
     twist_at,
 )
-from idem_ros.calibration.sighting import Measured
+from idem_ros.calibration.synchronized_scans import Measured
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry import se3
 

@@ -9,7 +9,7 @@ from clouds import error_of
 from rigs import SENSORS, extrinsics, off, sightings
 from rosbags.rosbag2 import Writer
 
-from idem_ros.calibration.starts import read_starts, starts_of
+from idem_ros.calibration.initial_extrinsics import read_starts, starts_of
 from idem_ros.commands.main import main
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.files.pose_file import write_poses

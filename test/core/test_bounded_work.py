@@ -11,9 +11,9 @@ from idem_ros.core import (
     Verdict,
     register,
 )
-from idem_ros.core.blocks import ALONE, OutOfTime, Workers, in_blocks
 from idem_ros.core.coarse_to_fine import at_guess, descend
 from idem_ros.core.config import MODES
+from idem_ros.core.free_motions import left_as_guessed
 from idem_ros.core.geometry.se3 import translation
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.voxel_size import with_voxel_size
@@ -22,7 +22,7 @@ from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.trust_tuning import TRUST
 from idem_ros.core.tuning import SOLVER
-from idem_ros.core.unobservable import left_as_guessed
+from idem_ros.core.workers import ALONE, OutOfTime, Workers, in_blocks
 
 
 def garbage(rng, n):

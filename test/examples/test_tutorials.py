@@ -8,7 +8,7 @@ from pathlib import Path
 
 from clouds import error_of
 
-from idem_ros.calibration.starts import read_starts, starts_of
+from idem_ros.calibration.initial_extrinsics import read_starts, starts_of
 from idem_ros.messages.transform_message import matrix_of
 from idem_ros.recording.reader import open_recording
 from idem_ros.results.result_file import read_result

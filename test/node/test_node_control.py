@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool, Trigger
 from idem_ros.core import RegistrationConfig, register
 from idem_ros.core.geometry.se3 import transform_points
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.node import report
+from idem_ros.node import diagnostics_publisher
 
 
 class Gate:
@@ -198,7 +198,7 @@ def test_publisher_that_vanishes_in_mid_stream_is_missed_and_served_when_it_is_b
     bench, clouds, monkeypatch
 ):
     now = [100.0]
-    monkeypatch.setattr(report, 'time', SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(diagnostics_publisher, 'time', SimpleNamespace(monotonic=lambda: now[0]))
     b = bench().start()
     send(b, clouds, FIRST)
     b.transform_of(FIRST)

@@ -8,7 +8,7 @@ import pytest
 
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.node.adapter import RegistrationNode
+from idem_ros.node.registration_node import RegistrationNode
 
 STEP = 100 * MS
 

@@ -172,7 +172,7 @@ def test_what_names_no_rig_is_refused(make_rig, given, said):
 
 
 def test_the_process_says_in_one_line_that_the_extrinsics_are_missing(tmp_path):
-    code = 'import sys; from idem_ros.node import registration_node as r; sys.exit(r.main_rig())'
+    code = 'import sys; from idem_ros.node import entry as r; sys.exit(r.main_rig())'
     given = f'extrinsics:={tmp_path / "none.yaml"}', 'topics:=[/a, /b]'
     command = [sys.executable, '-c', code, '--ros-args', '-p', given[0], '-p', given[1]]
     ended = subprocess.run(

@@ -30,7 +30,7 @@ with_tf = pytest.mark.skipif(
 DEMO = ROOT / 'bags' / 'demo.mcap'
 SCRIPT = '#!{python}\nimport sys\nfrom {module} import {function}\nsys.exit({function}())\n'
 SCRIPTS = {
-    'idem_node': ('idem_ros.node.registration_node', 'main'),
+    'idem_node': ('idem_ros.node.entry', 'main'),
     'idem': ('idem_ros.commands.main', 'main'),
 }
 

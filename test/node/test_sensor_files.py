@@ -7,8 +7,8 @@ from sensors import pairs
 
 # isort: split
 from idem_ros.core import Cloud, RegistrationConfig, register
-from idem_ros.node.adapter import RegistrationNode
 from idem_ros.node.interface import CONFIGS
+from idem_ros.node.registration_node import RegistrationNode
 from idem_ros.parameters.parameter_file import configs_of, read_parameters
 from idem_ros.refinement.preprocessing import PreprocessingConfig, preprocess
 from idem_ros.replay.frames import rotation_error_deg, translation_error_m

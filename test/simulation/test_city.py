@@ -9,8 +9,8 @@ import pytest
 from idem_ros.commands.main import main
 from idem_ros.maps.open_map import open_map
 from idem_ros.simulation.drive import drive
-from idem_ros.simulation.scene import Scene
 from idem_ros.simulation.street import LANE
+from idem_ros.simulation.surfaces import Scene
 from idem_ros.simulation.town import BLOCK, CELLS_KEPT, Town
 
 

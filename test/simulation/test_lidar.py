@@ -5,7 +5,7 @@ from clouds import motion
 from idem_ros.core import InvalidConfig, InvalidTransform
 from idem_ros.core.geometry import se3
 from idem_ros.simulation.lidar import Lidar, ray_directions, scan
-from idem_ros.simulation.scene import Scene, box
+from idem_ros.simulation.surfaces import Scene, box
 
 BALL = Scene(spheres=[(0.0, 0.0, 0.0, 10.0)])  # seen from its middle, every range is 10 m
 ROOM = Scene(boxes=[box((-5, -4, -2), (5, 4, 3))])

@@ -12,8 +12,8 @@ from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.recording.reader import open_recording
 from idem_ros.simulation.drive import moving_drive
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
-from idem_ros.simulation.scene import Scene, box
 from idem_ros.simulation.street import street
+from idem_ros.simulation.surfaces import Scene, box
 from idem_ros.simulation.tunnel import tunnel
 
 FAST = ROOT / 'bags' / 'fast.mcap'

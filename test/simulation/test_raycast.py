@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from idem_ros.simulation.raycast import cast
-from idem_ros.simulation.scene import Scene, box
+from idem_ros.simulation.surfaces import Scene, box
 
 FAR = 100.0
 

@@ -11,8 +11,8 @@ from idem_ros.simulation.drive import drive, perturbed
 from idem_ros.simulation.forest import forest
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.room import room
-from idem_ros.simulation.scene import Scene, merged, placed
 from idem_ros.simulation.street import street
+from idem_ros.simulation.surfaces import Scene, merged, placed
 
 SCENES = {street: 0.5, room: 0.15, forest: 0.5}
 KINDS = ('triangles', 'boxes', 'cylinders', 'spheres', 'route')

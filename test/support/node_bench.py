@@ -14,8 +14,8 @@ from std_msgs.msg import Float64
 
 from idem_ros.core.geometry.se3 import exp, inverse, transform_points
 from idem_ros.messages.transform_message import stamp_ns, translation_and_quaternion
-from idem_ros.node.adapter import RegistrationNode
 from idem_ros.node.messages import cloud_message, time_message
+from idem_ros.node.registration_node import RegistrationNode
 
 MS = 10**6
 FIRST = 1_700_000_000 * 10**9

@@ -18,7 +18,7 @@ from idem_ros.core.geometry.grid import build_grid_between
 from idem_ros.core.geometry.voxels import reduce_to_voxels
 from idem_ros.core.jit import kernel
 from idem_ros.core.maps.block_source import BlockSource
-from idem_ros.core.maps.latest import Latest
+from idem_ros.core.maps.recently_used import Latest
 from idem_ros.core.metric.cloud import CELL_MARGIN
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, moments_around
 

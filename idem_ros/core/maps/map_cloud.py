@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Floats, Point, Transform
-from idem_ros.core.blocks import ALONE, Workers
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.maps.block_source import BlockSource
@@ -23,6 +22,7 @@ from idem_ros.core.maps.reach import Reach
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size_of
+from idem_ros.core.workers import ALONE, Workers
 
 CACHE_BYTES = 1 << 29  # some two million voxels with their moments
 VOXELS_PER_EDGE = 64  # of a block

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Point, Points, Transform, Weights
-from idem_ros.core.blocks import ALONE, Workers, in_threads
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.maps.map_blocks import BlockPoints, Index, Level, MapBlocks
@@ -15,6 +14,7 @@ from idem_ros.core.maps.reach import Reach, rows_in_reach
 from idem_ros.core.metric.candidates import farthest_moved
 from idem_ros.core.metric.cloud import Cloud, Neighbourhoods
 from idem_ros.core.metric.moments import AS_MEASURED
+from idem_ros.core.workers import ALONE, Workers, in_threads
 
 KEPT = 4  # results of each kind: a schedule's
 SKIN = 1.1  # of the radius: candidates are looked for so far

@@ -3,13 +3,13 @@
 from typing import cast
 
 from idem_ros.core.arrays import Transform
-from idem_ros.core.blocks import ALONE, Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.maps.map_cloud import MapCloud
 from idem_ros.core.metric.cloud import Cloud, CloudLike, as_cloud
 from idem_ros.core.metric.voxel_size import with_voxel_size, with_voxel_size_of
 from idem_ros.core.tuning import SOLVER, SolverTuning
+from idem_ros.core.workers import ALONE, Workers, in_threads
 
 Target = Cloud | MapCloud
 TargetLike = CloudLike | MapCloud

@@ -17,7 +17,6 @@ from idem_ros.core.arrays import (
     Transform,
     Transforms,
 )
-from idem_ros.core.blocks import ALONE, Workers, in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.candidates import (
     SKIN,
@@ -31,6 +30,7 @@ from idem_ros.core.metric.entropy import differences_at_each, fill_agreement
 from idem_ros.core.metric.measured_points import mean_and_variance, usual
 from idem_ros.core.metric.moments import TIE
 from idem_ros.core.metric.noise import Shapes, shapes_of
+from idem_ros.core.workers import ALONE, Workers, in_blocks
 
 
 class Meeting(NamedTuple):

@@ -16,11 +16,11 @@ from idem_ros.core.arrays import (
     RotationMatrix,
     Transform,
 )
-from idem_ros.core.blocks import Workers, in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.grid import Grid, bounds, neighbours, room_for
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.moments import into_frame, point_of
+from idem_ros.core.workers import Workers, in_blocks
 
 SKIN = 0.1  # of the radius: the later steps of a stage move less, and share one list
 EXPECTED = 8  # candidates a point; the list grows where there are more

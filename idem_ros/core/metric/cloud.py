@@ -19,15 +19,14 @@ from idem_ros.core.arrays import (
     Transforms,
     Weights,
 )
-from idem_ros.core.blocks import ALONE, Workers, in_threads, spans
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
 from idem_ros.core.geometry.grid import Grid, bounds, build_grid, crowding
 from idem_ros.core.geometry.undistortion import checked_times
 from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
+from idem_ros.core.metric.cached import Kept
 from idem_ros.core.metric.candidates import SKIN
-from idem_ros.core.metric.kept import Kept
 from idem_ros.core.metric.measured_points import (
     centred_points,
     checked_points,
@@ -37,6 +36,7 @@ from idem_ros.core.metric.moments import AS_MEASURED, TIE, moments_around, turne
 from idem_ros.core.metric.noise import SAMPLE, thickness_and_members
 from idem_ros.core.metric.voxel_size import Fit, fit_of
 from idem_ros.core.tuning import SOLVER, SolverTuning
+from idem_ros.core.workers import ALONE, Workers, in_threads, spans
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Floats, Integers, Transforms
-from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.geometry import se3
@@ -14,6 +13,7 @@ from idem_ros.core.metric.balls import between_origins
 from idem_ros.core.metric.cloud import CloudLike, as_cloud, neighbourhoods
 from idem_ros.core.metric.entropy import differences_at_each, length_unit, sums_of_each
 from idem_ros.core.metric.q_tot import checked_positive, search_radius
+from idem_ros.core.workers import Workers, in_threads
 
 SPAN = 16  # transforms that a thread takes at a time
 ROUNDED = 1e-12  # how far a rotation may be off before it is made orthonormal

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.workers import Workers, in_threads
 
 SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
 STEPS_PER_OCTAVE = 8

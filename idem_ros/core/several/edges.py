@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Mask, Transform, Transforms
-from idem_ros.core.blocks import OutOfTime, Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.cloud import Cloud
@@ -23,6 +22,7 @@ from idem_ros.core.trust.reasons import WIDER
 from idem_ros.core.trust.verdict import Assessment, Verdict
 from idem_ros.core.trust_tuning import TrustTuning
 from idem_ros.core.tuning import SOLVER
+from idem_ros.core.workers import OutOfTime, Workers, in_threads
 
 
 class Audit(NamedTuple):

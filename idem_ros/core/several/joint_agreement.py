@@ -13,12 +13,12 @@ from idem_ros.core.arrays import (
     Transforms,
     Triple,
 )
-from idem_ros.core.blocks import in_threads
 from idem_ros.core.geometry.grid import neighbours, room_for
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import entropy
 from idem_ros.core.metric.moments import add_member, plus, point_of, rotated, row_of
 from idem_ros.core.several.joint_balls import SHARES, JointBalls, Union, block_spans
+from idem_ros.core.workers import in_threads
 
 
 class JointAgreement(NamedTuple):

@@ -22,7 +22,6 @@ from idem_ros.core.arrays import (
     Transforms,
     Weights,
 )
-from idem_ros.core.blocks import ALONE, BLOCK, Workers, in_threads
 from idem_ros.core.geometry import symmetric3
 from idem_ros.core.geometry.grid import Grid, build_grid
 from idem_ros.core.jit import kernel
@@ -31,6 +30,7 @@ from idem_ros.core.metric.cloud import Cloud, neighbourhoods
 from idem_ros.core.metric.moments import TIE, rotated, row_of
 from idem_ros.core.several.joint_candidates import others_around
 from idem_ros.core.several.joint_centres import Centres, all_centres, thinned
+from idem_ros.core.workers import ALONE, BLOCK, Workers, in_threads
 
 SHARES = 16  # that blocks are handed out in: sums are the same for any number of threads
 MOST_KEPT = 200_000_000  # candidates: 800 MB

@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Integers, Mask, Points, Transforms
-from idem_ros.core.blocks import OutOfTime
-from idem_ros.core.several.information import nat_at
 from idem_ros.core.several.joint_balls import JointBalls
+from idem_ros.core.several.joint_covariance import nat_at
 from idem_ros.core.several.joint_linearization import JointLinearization, linearized
 from idem_ros.core.several.prior import PosePrior
 from idem_ros.core.several.system import JointSystem, anchors_of, moved, parts_of, system_of
@@ -20,6 +19,7 @@ from idem_ros.core.solve.newton import (
     decrement,
     secant,
 )
+from idem_ros.core.workers import OutOfTime
 
 
 class Known(NamedTuple):

@@ -25,7 +25,6 @@ from idem_ros.core.arrays import (
     Transforms,
     Triple,
 )
-from idem_ros.core.blocks import in_threads
 from idem_ros.core.geometry.symmetric3 import determinant, inverse
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import Candidates
@@ -35,6 +34,7 @@ from idem_ros.core.several.joint_balls import SHARES, JointBalls, Placed
 from idem_ros.core.several.joint_centres import Centres
 from idem_ros.core.solve.ball_cost import BallCost, balance, with_noise, without_tangential
 from idem_ros.core.solve.linearization import pull_of, turned, turning
+from idem_ros.core.workers import in_threads
 
 SAMPLE = 16_384  # centres, about, that the matrix is taken from: it only steers
 BLOCK_SUMS = 21  # of J^T W J: vv (6), omega-v (9), omega-omega (6)

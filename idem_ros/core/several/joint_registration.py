@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Point, Transforms
-from idem_ros.core.blocks import OutOfTime, Workers, in_threads, workers_of
 from idem_ros.core.config import AUTO, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud, CloudLike
@@ -19,9 +18,9 @@ from idem_ros.core.metric.entropy import length_unit
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.core.several.edges import Audit, edges_of, judged, verdicts_of
 from idem_ros.core.several.gauge import gauge_of
-from idem_ros.core.several.information import joint_covariance
 from idem_ros.core.several.joint_agreement import agreement_at
 from idem_ros.core.several.joint_balls import JointBalls
+from idem_ros.core.several.joint_covariance import joint_covariance
 from idem_ros.core.several.joint_descent import JointCost, JointSolution, Known, minimize_all
 from idem_ros.core.several.joint_result import JointResult
 from idem_ros.core.several.joint_stages import (
@@ -45,6 +44,7 @@ from idem_ros.core.solve.newton import Criteria, Termination
 from idem_ros.core.solve.pair import LEAST_POINTS
 from idem_ros.core.trust_tuning import TRUST, TrustTuning
 from idem_ros.core.tuning import SOLVER, SolverTuning
+from idem_ros.core.workers import OutOfTime, Workers, in_threads, workers_of
 
 COARSE_CENTRES = 10_000  # balls, about, of the stages before the last, which only lead to it
 

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.metric.cloud import Cloud
@@ -21,6 +20,7 @@ from idem_ros.core.metric.radii import SAMPLE, rounded
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.tuning import SolverTuning
+from idem_ros.core.workers import Workers, in_threads
 
 # Of half the diagonal of a cloud's box: wider balls average away what holds a cloud in its place;
 # rings of scans end drawn together from 0.22 on, and not yet at 0.18.

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from idem_ros.core.arrays import Mask, Point, Points, Transforms
-from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.exceptions import InvalidCloud, InvalidConfig, InvalidTransform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.cloud import Cloud, CloudLike, as_cloud
 from idem_ros.core.several.prior import PosePrior, checked_priors
+from idem_ros.core.workers import Workers, in_threads
 
 SAMPLE = 64  # points, about, that tell one cloud from another
 

@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist
-from idem_ros.core.blocks import BLOCK, in_threads, shares
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.ball_cost import BallCost
 from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.newton import decrement, newton_step
+from idem_ros.core.workers import BLOCK, in_threads, shares
 
 
 class Linearization(NamedTuple):

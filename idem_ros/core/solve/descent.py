@@ -9,9 +9,9 @@ import numpy as np
 from idem_ros.core.arrays import Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.solve.cost import JointEntropy
-from idem_ros.core.solve.moving import MovingCost
 from idem_ros.core.solve.newton import Solution, Termination
 from idem_ros.core.solve.sweep import Sweep
+from idem_ros.core.solve.sweep_cost import MovingCost
 
 
 class Descent(NamedTuple):

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Matrix6, Transform, Twist, Twists
-from idem_ros.core.blocks import ALONE, OutOfTime, Workers
 from idem_ros.core.geometry import se3
 from idem_ros.core.jit import kernel
 from idem_ros.core.tuning import SOLVER, SolverTuning
+from idem_ros.core.workers import ALONE, OutOfTime, Workers
 
 MAJORISED = 2.0  # steps up to twice Newton's cannot raise a cost that its matrix majorises
 LEAST_STIFFNESS = 1e-9  # of the stiffest direction; below it a direction is left where it is

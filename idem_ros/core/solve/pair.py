@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import MomentRows, Transform
-from idem_ros.core.blocks import Workers, in_threads
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
@@ -23,6 +22,7 @@ from idem_ros.core.solve.cost import JointEntropy, NormalBalance
 from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.trust_tuning import TrustTuning
 from idem_ros.core.tuning import SolverTuning
+from idem_ros.core.workers import Workers, in_threads
 
 COPIES = 1e-9  # of the extent: points as near as that are one
 LEAST_POINTS = 5  # a point and its four neighbours

@@ -9,24 +9,24 @@ from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.solve.cost import Linearization
 from idem_ros.core.solve.descent import Descent
-from idem_ros.core.solve.moving import of_common_twist
 from idem_ros.core.solve.newton import Termination, newton_step
 from idem_ros.core.solve.pair import LEAST_POINTS, Pair
+from idem_ros.core.solve.sweep_cost import of_common_twist
 from idem_ros.core.trust.agreement import Agreement, discord
 from idem_ros.core.trust.audit import audited, offset_of
 from idem_ros.core.trust.basin import gauge, way_between
+from idem_ros.core.trust.constraining_surfaces import holders_of
 from idem_ros.core.trust.contrast import contrasts_along
 from idem_ros.core.trust.covariance import covariance_of, model_error_covariance
-from idem_ros.core.trust.holders import holders_of
-from idem_ros.core.trust.moving_covariance import by_region_in_motion, covariance_in_motion
+from idem_ros.core.trust.free_motion_text import free_in_words
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance, to_pose
 from idem_ros.core.trust.reasons import Evidence, lack_of, separated, verdict_and_reason
 from idem_ros.core.trust.regions import by_region
 from idem_ros.core.trust.residuals import told_by_residuals
+from idem_ros.core.trust.sweep_covariance import by_region_in_motion, covariance_in_motion
 from idem_ros.core.trust.verdict import NOTHING_KNOWN, Assessment, Verdict
 from idem_ros.core.trust.verdict_model import probability
-from idem_ros.core.trust.words import free_in_words
 
 HOLDER_SAMPLE = 32  # centres of each cloud, about, that tell the contrast along a motion
 

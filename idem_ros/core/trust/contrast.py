@@ -8,7 +8,7 @@ from idem_ros.core.arrays import Floats, Indices, Integers, Transform, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.entropy import sums_of_each
-from idem_ros.core.trust.holders import Holders
+from idem_ros.core.trust.constraining_surfaces import Holders
 
 SAMPLE = 128  # centres of each cloud, about
 

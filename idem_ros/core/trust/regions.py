@@ -18,16 +18,16 @@ from idem_ros.core.arrays import (
     Points,
     Transform,
 )
-from idem_ros.core.blocks import in_threads
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.moments import point_of, row_of
 from idem_ros.core.metric.noise import holds_line
 from idem_ros.core.solve.block_sums import SUMS, of_both
+from idem_ros.core.solve.centre_groups import dealt_out
 from idem_ros.core.solve.cost import JointEntropy, Linearization
-from idem_ros.core.solve.groups import dealt_out
 from idem_ros.core.solve.linearization import linearize
 from idem_ros.core.trust.observability import Observability
+from idem_ros.core.workers import in_threads
 
 # Edge of the cubes that err together: of the lever arm, and of the radius at least.
 REGION, LEAST_REGION = 0.27, 3.0

@@ -17,7 +17,6 @@ from idem_ros.core.arrays import (
     Transform,
     Triple,
 )
-from idem_ros.core.blocks import in_blocks
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, thinnest_axis, trace
 from idem_ros.core.jit import inlined, kernel
@@ -31,6 +30,7 @@ from idem_ros.core.metric.moments import (
     rotated,
     row_of,
 )
+from idem_ros.core.workers import in_blocks
 
 LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
 # Of a surface: least second variance over the first, and least product of the two greater ones

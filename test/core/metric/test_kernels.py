@@ -5,7 +5,6 @@ from clouds import motion, surface
 from costs import ball_cost, joint_entropy
 from scipy.spatial import cKDTree
 
-from idem_ros.core.blocks import ALONE
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.grid import build_grid
 from idem_ros.core.metric.balls import Balls
@@ -17,6 +16,7 @@ from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.pair import _are_alike
 from idem_ros.core.tuning import SOLVER
+from idem_ros.core.workers import ALONE
 
 UPPER = np.triu_indices(3)
 EVERYONE = np.arange(1000, dtype=np.int32)

@@ -8,7 +8,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.core.metric.voxel_size import common_voxel_size, edge, fit_of, with_voxel_size
 from idem_ros.simulation.lidar import Lidar, scan
-from idem_ros.simulation.scene import Scene, box
+from idem_ros.simulation.surfaces import Scene, box
 
 
 def ringed(rng, rings, beams=1800, noise=0.005, shift=0.0):

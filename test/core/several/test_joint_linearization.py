@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from clouds import motion, surface
 
-from idem_ros.core.blocks import Workers
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.several.joint_agreement import agreement_at
@@ -14,6 +13,7 @@ from idem_ros.core.several.joint_linearization import linearized
 from idem_ros.core.several.regions import PERIOD, pulls_of, regions_at, stiffness_along
 from idem_ros.core.several.system import system_of
 from idem_ros.core.solve.ball_cost import BallCost
+from idem_ros.core.workers import Workers
 
 RADIUS, NOISE, STEP = 0.35, 1e-4, 1e-6
 

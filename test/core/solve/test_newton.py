@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from clouds import motion
 
-from idem_ros.core.blocks import Workers
 from idem_ros.core.geometry import se3
 from idem_ros.core.solve.newton import Criteria, Termination, accept, minimize
+from idem_ros.core.workers import Workers
 
 
 class Bowl:

@@ -7,8 +7,8 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.landscape import Landscape
 from idem_ros.core.trust.basin import FIRST, confidence, gauge, way_between
+from idem_ros.core.trust.constraining_surfaces import Holders
 from idem_ros.core.trust.contrast import contrasts_along, mean_contrast, sums_at_each
-from idem_ros.core.trust.holders import Holders
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from benchmarks.case import displaced
 from idem_ros.core import Cloud, RegistrationConfig, Status, register
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import between_origins
-from idem_ros.core.trust.holders import holders_of
+from idem_ros.core.trust.constraining_surfaces import holders_of
 from idem_ros.core.trust.observability import Observability, observability_of, unit_motions
 from idem_ros.core.trust.surfaces import SURFACE, _flatness_and_normal
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
 from idem_ros.messages.transform_message import covariance_of, matrix_of, stamp_ns
-from idem_ros.node.unread import UnreadableMessage, begins_with_header, unread_of
+from idem_ros.node.lazy_message import UnreadableMessage, begins_with_header, unread_of
 
 KINDS = [TransformStamped, PoseWithCovarianceStamped, Odometry, Imu]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from idem_ros.calibration.hand_eye import hand_eye
-from idem_ros.calibration.strides import steps_of
+from idem_ros.calibration.relative_motions import steps_of
 from idem_ros.core import Verdict
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict
 

@@ -13,7 +13,7 @@ from idem_ros.calibration.rig_motion import (
     motion_at_time,
     step_between,
 )
-from idem_ros.calibration.sighting import STANDS, Measured
+from idem_ros.calibration.synchronized_scans import STANDS, Measured
 from idem_ros.core import Cloud
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import CloudVerdict

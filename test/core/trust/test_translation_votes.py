@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from idem_ros.core.trust.slide import MOST_WAYS, PARTS, Slide, slide_along, smear_along
+from idem_ros.core.trust.translation_votes import MOST_WAYS, PARTS, Slide, slide_along, smear_along
 
 AHEAD = np.array([1.0, 0.0, 0.0])
 RADIUS = 0.5

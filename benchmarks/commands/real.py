@@ -63,8 +63,8 @@ def _ablate(args):
     from fnmatch import fnmatchcase
 
     from benchmarks.ablate import ablate, compared_record, numbers
+    from benchmarks.ablate_cases import unseen
     from benchmarks.ablate_report import ablation_markdown
-    from benchmarks.unseen import unseen
 
     check_outputs(args)
     check_jobs(args)

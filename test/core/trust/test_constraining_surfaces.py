@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from idem_ros.core.trust.holders import FEW, HOLDING, holders_of
+from idem_ros.core.trust.constraining_surfaces import FEW, HOLDING, holders_of
 from idem_ros.core.trust.observability import Observability
 
 

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.calibration.contradiction import contradiction
 from idem_ros.calibration.fusion import MEETS_LITTLE, Fused, fused
 from idem_ros.calibration.instant import Solved, solved
+from idem_ros.calibration.loop_inconsistency import contradiction
 from idem_ros.calibration.placing import REACH_DEG, REACH_M, is_within, placed
 from idem_ros.calibration.rig_motion import independent, step_between
 from idem_ros.core import IdemError

@@ -9,11 +9,11 @@ import numpy as np
 from idem_ros.core.arrays import Floats, Matrix6, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.solve.block_sums import SUMS, of_both
+from idem_ros.core.solve.centre_groups import in_turn
 from idem_ros.core.solve.cost import JointEntropy, Linearization
-from idem_ros.core.solve.groups import in_turn
 from idem_ros.core.solve.linearization import NOT_MET, linearize
-from idem_ros.core.solve.moving import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
+from idem_ros.core.solve.sweep_cost import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.trust.covariance import FLOOR, firm_and_loose, scatter_of
 from idem_ros.core.trust.curvature import stiff_and_curved
 from idem_ros.core.trust.observability import Observability

@@ -4,7 +4,7 @@ from clouds import motion
 from scipy.spatial.transform import Rotation
 
 from idem_ros.calibration.frame_tree import FrameTree, UnknownStart
-from idem_ros.calibration.starts import read_starts, starts_of
+from idem_ros.calibration.initial_extrinsics import read_starts, starts_of
 from idem_ros.calibration.urdf import joint_text, origin_text, roll_pitch_yaw, transform_of
 from idem_ros.core import IdemError
 

@@ -8,7 +8,7 @@ import pytest
 from idem_ros.core import Cloud, RegistrationConfig, Verdict, register
 from idem_ros.core.geometry import se3
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
-from idem_ros.simulation.scene import Scene, box
+from idem_ros.simulation.surfaces import Scene, box
 
 WIDE, HIGH = 4.5, 4.0
 MOTION = 2.7  # [m]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from idem_ros.simulation.scene import Scene, box, merged, placed
+from idem_ros.simulation.surfaces import Scene, box, merged, placed
 
 STOREY = 3.0
 BURIED = 0.4  # [m]: feet reach below the ground, whose relief then leaves no gap under them

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from idem_ros.core.arrays import Indices, Integers
-from idem_ros.core.blocks import Workers, shares
 from idem_ros.core.jit import kernel
+from idem_ros.core.workers import Workers, shares
 
 
 def dealt_out(

@@ -15,17 +15,17 @@ from idem_ros.core.arrays import (
     Transforms,
     Twists,
 )
-from idem_ros.core.blocks import in_threads
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.candidates import SKIN, CandidatePairs
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.solve.block_sums import SUMS, of_both
+from idem_ros.core.solve.centre_groups import dealt_out
 from idem_ros.core.solve.cost import JointEntropy, Linearization
-from idem_ros.core.solve.groups import dealt_out
 from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.pair import Pair, Stage
 from idem_ros.core.solve.sweep import Sweep
+from idem_ros.core.workers import in_threads
 
 BINS = 32  # of the sweep: balls of like times are added up together
 MIDDLES = (np.arange(BINS) + 0.5) / BINS

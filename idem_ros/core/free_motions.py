@@ -10,7 +10,6 @@ from typing import TypeAlias
 import numpy as np
 
 from idem_ros.core.arrays import Point, Transform
-from idem_ros.core.blocks import OutOfTime
 from idem_ros.core.coarse_to_fine import descend, of_its_target
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.measured_points import usual
@@ -19,9 +18,16 @@ from idem_ros.core.solve.pair import Pair
 from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.trust.observability import FIRM, Observability, observability_of
 from idem_ros.core.trust.pattern import pattern_lines
-from idem_ros.core.trust.slide import MANY_VOTES, PARTS, Slide, slide_along, smear_along
 from idem_ros.core.trust.surfaces import SURFACE, own_surfaces
+from idem_ros.core.trust.translation_votes import (
+    MANY_VOTES,
+    PARTS,
+    Slide,
+    slide_along,
+    smear_along,
+)
 from idem_ros.core.tuning import SolverTuning
+from idem_ros.core.workers import OutOfTime
 
 Found: TypeAlias = tuple[Descent, Observability | None]  # where one ended; None: it was late
 

@@ -5,10 +5,10 @@ from costs import joint_entropy
 
 from idem_ros.core import Cloud
 from idem_ros.core.geometry import se3
-from idem_ros.core.solve.moving import MovingCost, of_two_poses
 from idem_ros.core.solve.newton import Criteria, Termination, minimize, moved
 from idem_ros.core.solve.pair import Stage
 from idem_ros.core.solve.sweep import Sweep
+from idem_ros.core.solve.sweep_cost import MovingCost, of_two_poses
 
 RADIUS = 0.2
 
