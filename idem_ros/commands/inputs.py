@@ -9,7 +9,9 @@ from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.files.columns import parse_columns
 from idem_ros.refinement.preprocessing import preprocess
 
-CLOUD_KINDS = '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .tsv .pts .asc .bin .npy .las .laz .e57'
+CLOUD_KINDS = (
+    '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .tsv .pts .asc .ptx .bin .npy .npz .las .laz .e57'
+)
 RECORDING = 'recording: .mcap, rosbag2 folder, .db3 or ROS 1 .bag'
 RESULT = 'what `idem replay --json` or --out wrote'
 ROLES = {

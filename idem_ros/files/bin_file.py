@@ -14,7 +14,7 @@ from idem_ros.files.unreadable import UnreadableCloud
 
 COLUMNS = (3, 4, 5, 6)
 NUSCENES = 5
-LOOKED_AT = range(1, 9)  # columns, to notice what is none of these
+LOOKED_AT = range(1, 13)  # columns, to notice what is none of these
 SAMPLE = 120_000  # numbers
 PLAUSIBLE = 0.98  # of the numbers must be such as coordinates and what goes with them are
 LEAST, MOST = 1e-6, 1e8
@@ -46,15 +46,12 @@ def read_bin(path, columns=None):
 
 
 def _layout(content, wanted):
+    dtype = _kind_of_numbers(content)
     layouts = [
         Layout(dtype, count)
-        for dtype in ('<f8', '<f4')
-        if _is_plausible(content, dtype)
         for count in ((wanted,) if wanted else COLUMNS)
-        if len(content) % (count * np.dtype(dtype).itemsize) == 0 and count >= 3
+        if dtype and len(content) % (count * np.dtype(dtype).itemsize) == 0 and count >= 3
     ]
-    doubles = [each for each in layouts if each.dtype == '<f8']  # float32 never looks like them
-    layouts = doubles or layouts
     if not layouts:
         what = f'{wanted} columns' if wanted else '3 to 6 columns'
         raise UnreadableCloud(
@@ -81,14 +78,26 @@ def _told_apart(content, layouts):
         raise UnreadableCloud(
             f'it may be {" or ".join(str(each) for each in layouts)}; --columns says how many'
         )
-    strangers = [Layout(best.dtype, n) for n in LOOKED_AT if n % best.columns]
-    nearest = min(strangers, key=lambda each: _unlike(content, each))
-    if _unlike(content, nearest) < unlike[best] - CLEAR:
-        raise UnreadableCloud(
-            f'its numbers look like {nearest}, of which its {len(content)} bytes are no whole '
-            'number, or which are no points; --columns says how many it has'
-        )
+    _refuse_strangers(content, best, unlike[best])
     return best
+
+
+def _refuse_strangers(content, best, unlike):
+    """Refuse numbers that are each of one kind in so many columns as are not looked for."""
+    strangers = [Layout(best.dtype, n) for n in LOOKED_AT if n != best.columns]
+    nearest = min(strangers, key=lambda each: _unlike(content, each))
+    # by chance a multiple of the columns is a little better
+    margin = CLEAR if nearest.columns % best.columns else FAR
+    if _unlike(content, nearest) >= unlike - margin:
+        return
+    if nearest.columns == 1:
+        raise UnreadableCloud(
+            'its numbers look like all x, then all y and z; a point must be 3 to 6 of them'
+        )
+    row = np.dtype(nearest.dtype).itemsize * nearest.columns
+    is_whole = nearest.columns > 2 and len(content) % row == 0
+    why = '' if is_whole else f', of which its {len(content)} bytes are no whole number'
+    raise UnreadableCloud(f'its numbers look like {nearest}{why}; --columns says how many it has')
 
 
 def _unlike(content, layout):
@@ -99,6 +108,15 @@ def _unlike(content, layout):
         return 0.0
     rows = np.nan_to_num(rows.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
     return float(np.log(np.abs(np.diff(rows, axis=0)).mean(axis=0) + TINY).clip(-8, None).mean())
+
+
+def _kind_of_numbers(content):
+    """Return '<f4' or '<f8'; None: such numbers are no coordinates."""
+    plausible = [dtype for dtype in ('<f4', '<f8') if _is_plausible(content, dtype)]
+    if len(plausible) < 2:
+        return plausible[0] if plausible else None
+    # as float32, doubles are plausible where they are whole: every second is then 0
+    return '<f8' if (np.frombuffer(content, '<f4')[:SAMPLE:2] == 0.0).mean() > 0.5 else '<f4'
 
 
 def _is_plausible(content, dtype):

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.metric.measured_points import FARTHEST, near_the_rest
 from idem_ros.files.bin_file import read_bin
+from idem_ros.files.content_kind import PACKED, UNPACK, refuse_other_kind
 from idem_ros.files.npy_file import npy_parts, read_npy
+from idem_ros.files.npz_file import read_npz
 from idem_ros.files.pcd_file import pcd_parts, read_pcd
 from idem_ros.files.ply_file import read_ply
+from idem_ros.files.ptx_file import read_ptx
 from idem_ros.files.survey_files import las_parts, read_e57, read_las
 from idem_ros.files.text_table import read_text
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
@@ -32,8 +35,10 @@ READERS = {
     '.tsv': read_text,
     '.pts': read_text,
     '.asc': read_text,
+    '.ptx': read_ptx,
     '.bin': read_bin,
     '.npy': read_npy,
+    '.npz': read_npz,
     '.las': read_las,
     '.laz': read_las,
     '.e57': read_e57,
@@ -54,8 +59,9 @@ def read_cloud(
     scanners fill what they did not measure), and strays, see `near_the_rest`.
 
     .ply and .pcd in all their encodings; .npy of (N, 3) or more columns, or with fields x, y, z;
-    .bin of float32 or float64 in 3 to 6 columns; .las, .laz, .e57 (extra `survey`); tables of
-    text (.xyz .txt .csv .tsv .pts .asc ...), whose header names x, y, z, else their first columns.
+    .npz with such an array; .bin of float32 or float64 in 3 to 6 columns; .ptx; .las, .laz, .e57
+    (extra `survey`); tables of text (.xyz .txt .csv .tsv .pts .asc ...), whose header names x, y,
+    z, else their first columns.
 
     Args:
         path: the file; its suffix says what it is.
@@ -120,10 +126,9 @@ def reader_of(path):
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise UnreadableCloud(
-            f'{path} is no cloud file that can be read: its suffix must be one of '
-            f'{", ".join(READERS)}'
-        )
+        what = UNPACK if path.suffix.lower() in PACKED else 'its suffix must be one of '
+        what += '' if what == UNPACK else ', '.join(READERS)
+        raise UnreadableCloud(f'{path} is no cloud file that can be read: {what}')
     refuse_special(path, UnreadableCloud)
     return path, reader
 
@@ -134,6 +139,8 @@ def errors_of(path):
     try:
         if path.is_file() and path.stat().st_size == 0:
             raise UnreadableCloud('it is empty')
+        if path.is_file():
+            refuse_other_kind(path)
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')
             yield

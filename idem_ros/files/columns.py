@@ -1,5 +1,6 @@
 """Which columns of a table, or fields of a record, are x, y and z."""
 
+import logging
 import re
 
 import numpy as np
@@ -24,7 +25,11 @@ WORDS = (
     {'y', 'northing', 'north', 'hochwert', 'n'},
     {'z', 'elevation', 'elev', 'height', 'altitude', 'up', 'höhe', 'hoehe', 'h'},
 )
+logger = logging.getLogger(__name__)
 XCOORD = re.compile(r'([xyz])_?(?:coord|coordinate|pos)s?$|(?:coord|pos)_?([xyz])$')
+
+METRES = ('', 'm', 'metre', 'meter', 'metres', 'meters')
+ANGLES = ('deg', 'degree', 'degrees', 'rad', 'radian', 'radians', '°', 'gon')
 
 VECTORS = ('xyz', 'points', 'point', 'position', 'positions', 'pos', 'coords')  # of three
 
@@ -53,6 +58,27 @@ def xyz_columns(names, columns=None):
     )
 
 
+def note_unit(path, names):
+    """Say in which unit the names of x, y and z have them, where it is not the metre.
+
+    Raises:
+        UnreadableCloud: they are angles, or in more than one unit.
+    """
+    found = [UNIT.search(name) for name in names]
+    said = {unit[0][1:-1].strip().lower() for unit in found if unit}
+    units = sorted(unit for unit in said if unit.isalpha() or unit in ANGLES)
+    if len(units) > 1 or any(unit in ANGLES for unit in units):
+        raise UnreadableCloud(
+            f'its x, y and z are in {" and ".join(units)}; they must be in one unit of length'
+        )
+    if units and units[0] not in METRES:
+        logger.warning(
+            '%s: its header has x, y and z in %s, and so are they taken: lengths that are given '
+            'and those of the result are in %s',
+            *(path, units[0], units[0]),
+        )
+
+
 def numbered_columns(count, columns):
     """Return three indices of a table without names, given numbers from 1."""
     return tuple(_chosen(column, [''] * count, by_name=False) for column in columns)
@@ -69,13 +95,15 @@ def parse_columns(text):
         return int(parts[0])
     if len(parts) != 3 or not all(parts):
         raise ValueError(f'{text!r} is neither a number of columns nor three names or numbers')
+    if len(set(parts)) < 3:
+        raise ValueError(f'{text!r} names a column twice; x, y and z are three')
     return tuple(int(part) if part.isdecimal() else part for part in parts)
 
 
 def _chosen(column, names, by_name):
     if isinstance(column, int) and not by_name:
         if not 1 <= column <= len(names):
-            raise UnreadableCloud(f'it has {len(names)} columns, and no column {column}')
+            raise UnreadableCloud(f'it has columns 1 to {len(names)}, and no column {column}')
         return column - 1
     if names.count(str(column)) != 1:
         raise UnreadableCloud(f'no column, or more than one, is called {column!r} {_of(names)}')

@@ -6,33 +6,57 @@ import numpy as np
 from numpy.lib import format as npy
 
 from idem_ros.files.columns import points_of_records
-from idem_ros.files.text_numbers import are_columns
+from idem_ros.files.nameless import (
+    LOOKED_AT,
+    are_columns,
+    note_first_three,
+    refuse_no_coordinates,
+)
 from idem_ros.files.unreadable import UnreadableCloud
 
 LONGEST = 1 << 16  # [bytes] of header
+SAMPLE = 200  # rows
 
 
 def read_npy(path, columns=None):
     """Read (N, 3) points of an array of rows, or of one with fields x, y, z in any shape."""
     with path.open('rb') as stream:
-        _refuse_short(stream, path.stat().st_size)
-        return _points_of(np.load(stream, allow_pickle=False), columns)
+        check_npy(stream, path.stat().st_size)
+        return first_points_of(np.load(stream, allow_pickle=False), columns, path)
 
 
 def npy_parts(path, columns=None, most=None):
     """Yield the points of an array in rows `most` at a time; of another all at once."""
     with path.open('rb') as stream:
-        shape, is_fortran, dtype = _refuse_short(stream, path.stat().st_size)
+        shape, is_fortran, dtype = check_npy(stream, path.stat().st_size)
         if is_fortran or len(shape) not in (1, 2) or most is None:
-            yield _points_of(np.load(stream, allow_pickle=False), columns)
+            yield first_points_of(np.load(stream, allow_pickle=False), columns, path)
             return
         _read_header(stream)
         per_row = math.prod(shape[1:])
         for begin in range(0, shape[0], most):
             rows = min(most, shape[0] - begin)
-            yield _points_of(
-                np.fromfile(stream, dtype, rows * per_row).reshape(rows, *shape[1:]), columns
-            )
+            array = np.fromfile(stream, dtype, rows * per_row).reshape(rows, *shape[1:])
+            yield _points_of(array, columns) if begin else first_points_of(array, columns, path)
+
+
+def first_points_of(array, columns, path):
+    """Return (N, 3) points of an array, or of its begin: what its columns are is doubted once.
+
+    Args:
+        array: of rows, or with fields x, y, z.
+        columns: see `read_cloud`.
+        path: what messages name.
+
+    Raises:
+        UnreadableCloud: it holds none, or does not say which they are.
+    """
+    points = _points_of(array, columns)
+    if columns is None and not array.dtype.names and array.shape[1] > 3:
+        rows = array[:SAMPLE, :LOOKED_AT].astype(np.float64)
+        refuse_no_coordinates(array[:, 0].astype(np.float64), rows)
+        note_first_three(path, array.shape[1])
+    return points
 
 
 def _points_of(array, columns):
@@ -65,7 +89,7 @@ def npy_names(path, columns=None):
     return list(array.dtype.names or ())
 
 
-def _refuse_short(stream, size):
+def check_npy(stream, size):
     """Refuse an array that is declared larger than its file; return its `_read_header`."""
     try:
         version = npy.read_magic(stream)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.files.columns import xyz_columns
+from idem_ros.files.text_lines import with_plain_nans
 from idem_ros.files.unreadable import UnreadableCloud
 
 LONGEST = 1 << 20  # [bytes] of header; more is none
@@ -232,7 +233,7 @@ def _compressed(header, body, chosen):
 
 
 def _ascii(header, body, chosen):
-    rows = [row for row in body.splitlines() if row.strip()]
+    rows = [row for row in with_plain_nans(body).splitlines() if row.strip()]
     if len(rows) < header.points:
         _cut_off(header, len(rows))
     if len(rows) > header.points:
@@ -250,7 +251,8 @@ def _ascii(header, body, chosen):
         try:
             points[i] = [float(words[k]) for k in at]
         except ValueError as error:
-            raise UnreadableCloud(f'point {i + 1} is no point: {error}') from error
+            shown = _shown(b' '.join(words[k] for k in at))
+            raise UnreadableCloud(f'point {i + 1} is no point: x, y, z are {shown}') from error
     return points
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from idem_ros.files.columns import points_of_records, xyz_columns
+from idem_ros.files.text_lines import with_plain_nans
 from idem_ros.files.unreadable import UnreadableCloud
 
 LONGEST = 1 << 20  # [bytes] of header; more is none
@@ -101,7 +102,8 @@ def read_ply_header(content):
         raise UnreadableCloud('its header has no line format')
     body = memoryview(content)[at:]
     if form == 'ascii':
-        lines = content[at:].removeprefix(MARK).replace(b'\r', b'\n').split(b'\n')
+        text = with_plain_nans(content[at:].removeprefix(MARK))
+        lines = text.replace(b'\r', b'\n').split(b'\n')
         body = b'\n'.join(line for line in lines if line.strip()) + b'\n'
     _refuse_short(form, elements, body)
     return PlyHeader(form, elements, body)

@@ -9,6 +9,8 @@ from idem_ros.files.unreadable import UnreadableCloud
 from idem_ros.terminal.printable import error_line
 
 EXTRA = "install the extra survey: pip install 'idem_ros[survey]'"
+WKT = 2112  # id of the record
+GEOGRAPHIC = (1024, 2)  # key and value of GeoTIFF
 MOST_CHUNK = 1 << 22  # points of LAZ; writers take 50 000
 
 logger = logging.getLogger(__name__)
@@ -33,10 +35,23 @@ def las_parts(path, columns=None, most=2**22):
                 raise UnreadableCloud('it says itself that it holds 0 points')
             if las.header.are_points_compressed:
                 _refuse_false_chunks(path, las.header)
+            _refuse_degrees(las.header.vlrs)
             for part in las.chunk_iterator(most):
                 yield np.stack([np.asarray(axis) for axis in (part.x, part.y, part.z)], axis=1)
     except laspy.LaspyException as error:
         raise UnreadableCloud(f'it is cut off, damaged or no LAS: {_line(error)}') from error
+
+
+def _refuse_degrees(records):
+    """Refuse longitudes and latitudes, as the records of a LAS say what its coordinates are."""
+    for record in records:
+        keys = [(key.id, key.value_offset) for key in getattr(record, 'geo_keys', ())]
+        wkt = getattr(record, 'string', '') if record.record_id == WKT else ''
+        has_angles = any(word in wkt for word in ('GEOGCS', 'GEOGCRS')) and 'PROJ' not in wkt
+        if GEOGRAPHIC in keys or (has_angles and 'GEOCCS' not in wkt):
+            raise UnreadableCloud(
+                'its coordinates are longitude and latitude; they must be projected, as to UTM'
+            )
 
 
 def _refuse_false_chunks(path, header):

@@ -9,7 +9,18 @@ NOTE = re.compile(r'[ \t]+#([ \t].*)?$')  # after a row; without a blank it may 
 MINUS = '\N{MINUS SIGN}'  # of Swedish and Norwegian desktops
 GROUPS = "'\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
 GROUPED = re.compile(rf'(?<![\d.,])\d{{1,3}}(?:[{GROUPS}]\d{{3}})+(?![\d{GROUPS}])')
+NO_NUMBER = re.compile(  # as Windows and Excel write it
+    r'\bnan\((?:ind|snan)\)|\b1[.,]#(?:ind|qnan|snan|inf)\w*'
+    r'|(?:(?<=^)|(?<=[;,\t|]))#(?:n/a|n/d|nv|\w{3,7}!|div/0!)(?=$|[;,\t|\r])',
+    re.IGNORECASE | re.MULTILINE,
+)
+NO_NUMBER_IN_BYTES = re.compile(NO_NUMBER.pattern.encode(), re.IGNORECASE | re.MULTILINE)
 COMMENT = ('#', '//', '%', '!')
+
+
+def with_plain_nans(content):
+    """Return bytes of text in which what is no number is called nan, however it was written."""
+    return NO_NUMBER_IN_BYTES.sub(b'nan', content)
 
 
 def text_of(content):
@@ -27,7 +38,7 @@ def text_of(content):
         text = content.decode('cp1252', errors='replace')
     if '\x00' in text:
         raise UnreadableCloud('it is no text: there are zero bytes in it')
-    text = text.replace(MINUS, '-')
+    text = NO_NUMBER.sub('nan', text.replace(MINUS, '-'))
     return GROUPED.sub(_digits, text) if any(sign in text for sign in GROUPS) else text
 
 

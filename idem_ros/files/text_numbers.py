@@ -2,24 +2,26 @@
 
 import re
 
-import numpy as np
-
 from idem_ros.files.unreadable import UnreadableCloud
 
 NUMBER = {
     sign: re.compile(rf'[+-]?(\d+([{sign}]\d*)?|[{sign}]\d+)([eE][+-]?\d+)?$') for sign in '.,'
 }
 GROUPED = re.compile(r'[+-]?\d{1,3}([.,]\d{3})+([.,]\d+)?$')
+LEAST_TO_STRIP = 50  # rows
 NO_NUMBER = re.compile(r'[+-]?(nan|inf|infinity|na|n/a|null|none)?$', re.IGNORECASE)
-LEAST_TO_COUNT = 10  # rows
-MOST_COLUMNS = 64  # of a table or array of points; more are points in columns
-SHORT = 12  # columns; a few points of many channels have as many as rows
 
 
 def is_number(cell):
     """Return whether a cell of text is a number, with either decimal sign."""
     known = NUMBER['.'], NUMBER[','], GROUPED
-    return cell.lower() in ('nan', 'inf') or any(form.match(cell) for form in known)
+    return cell.lower().lstrip('+-') in ('nan', 'inf') or any(form.match(cell) for form in known)
+
+
+def number_of(cell):
+    """Return the number that a cell of text is with either decimal sign; nan where it is none."""
+    known = NUMBER['.'].match(cell) or NUMBER[','].match(cell)
+    return float(cell.replace(',', '.')) if known else float('nan')
 
 
 def is_written(cell, decimal, thousands):
@@ -56,26 +58,11 @@ def refuse_torn(rows):
     lengths = [{len(cell) for cell in column} for column in zip(*halves, strict=True)]
     unsigned = all(cell.isdecimal() for row in halves for cell in row)
     alike = unsigned and all(len(each) == 1 and each != {1} for each in lengths)
-    if (alike and len(rows) >= 5) or any(re.match('0[0-9]', c) for row in halves for c in row):
+    # a desktop that writes no zero at the end of a fraction writes none in any
+    stripped = unsigned and not any(cell.endswith('0') for row in halves for cell in row)
+    torn = (alike and len(rows) >= 5) or (stripped and len(rows) >= LEAST_TO_STRIP)
+    if torn or any(re.match('0[0-9]', c) for row in halves for c in row):
         raise UnreadableCloud(
             'a comma is both its decimal sign and its delimiter; it must be written with another '
             'delimiter, or with decimal points'
         )
-
-
-def refuse_counter(points):
-    """Refuse points (N, 3) whose first column counts rows."""
-    x = points[:, 0]
-    steps = np.diff(x)
-    if len(x) < LEAST_TO_COUNT or not steps.any() or (x != np.round(x)).any():
-        return
-    if set(steps) <= {0.0, 1.0}:
-        raise UnreadableCloud(
-            'no header says what its columns are, and the first counts rows; --columns says '
-            'which are x, y and z, as 2,3,4'
-        )
-
-
-def are_columns(rows, width):
-    """Return whether a table of so many rows and columns holds a point a column, not a row."""
-    return width > MOST_COLUMNS or width > max(rows, SHORT)

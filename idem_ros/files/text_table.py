@@ -2,21 +2,25 @@
 
 import csv
 import io
-import logging
 import re
 from dataclasses import dataclass
 
 import numpy as np
 
-from idem_ros.files.columns import numbered_columns, xyz_columns
+from idem_ros.files.columns import note_unit, numbered_columns, xyz_columns
+from idem_ros.files.nameless import (
+    LOOKED_AT,
+    are_columns,
+    note_first_three,
+    refuse_no_coordinates,
+)
 from idem_ros.files.text_lines import COMMENT, numbered_lines, text_of
 from idem_ros.files.text_numbers import (
     NO_NUMBER,
     NUMBER,
-    are_columns,
     is_number,
     is_written,
-    refuse_counter,
+    number_of,
     refuse_torn,
     signs_of,
 )
@@ -26,9 +30,8 @@ SAMPLE = 200  # rows that the delimiter and the decimal sign are told by
 SHOWN = 60  # characters of a line in a message
 SEPARATOR = re.compile(r'"?sep=(.)"?$', re.IGNORECASE)  # how Excel says its delimiter
 UNIT = re.compile(r'\s+([\[(])')
+BLANKS = re.compile(r'(?<![\d.,])\d{1,3}(?: \d{3})+(?:[.,]\d+)?(?![\d ])')  # 1 234 567,5
 POINTS_FIRST = ('.pts', '.xyzn', '.xyzrgb')  # formats whose first three columns are x, y, z
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -48,6 +51,8 @@ def read_text(path, columns=None):
         raise UnreadableCloud('--columns of a text table are three names or numbers, as 2,3,4')
     if table.names:
         chosen = xyz_columns(table.names, columns)
+        if columns is None:
+            note_unit(path, [table.names[i] for i in chosen])
     else:
         if are_columns(len(table.rows), table.width):
             raise UnreadableCloud(
@@ -56,13 +61,9 @@ def read_text(path, columns=None):
         chosen = (0, 1, 2) if columns is None else numbered_columns(table.width, columns)
     points = _numbers(table, chosen)
     if table.names is None and columns is None and table.width > 3:
-        refuse_counter(points)
+        refuse_no_coordinates(points[:, 0], _first_columns(table))
         if path.suffix.lower() not in POINTS_FIRST:
-            logger.warning(
-                '%s: no header says what its %d columns are: the first three are taken for '
-                'x, y and z; --columns says others',
-                *(path, table.width),
-            )
+            note_first_three(path, table.width)
     return points
 
 
@@ -76,6 +77,8 @@ def _table(lines, comments):
     given = SEPARATOR.match(lines[0][1]) if lines else None
     delimiter = given[1] if given else _delimiter(lines)
     lines = lines[1:] if given else lines
+    if delimiter and any(BLANKS.search(line) for _, line in lines[-SAMPLE:]):
+        lines = [(number, BLANKS.sub(_joined, line)) for number, line in lines]
     counts = [(number, _lone(line)) for number, line in lines if _lone(line) is not None]
     rows = [row for row in lines if _lone(row[1]) is None] if counts else lines
     if not rows:
@@ -95,6 +98,10 @@ def _table(lines, comments):
     return Table(rows, delimiter, names or None, width)
 
 
+def _joined(grouped):
+    return grouped[0].replace(' ', '')
+
+
 def _delimiter(lines):
     """Return what separates the cells; None is white space."""
     rows = [line for _, line in lines[1:][-SAMPLE:] or lines if _lone(line) is None]
@@ -105,10 +112,12 @@ def _delimiter(lines):
     are_numbers = all(NUMBER[','].match(word) or NUMBER['.'].match(word) for word in words)
     if any('\t' in row for row in rows):
         cells = [cell.strip() for row in rows for cell in row.split('\t')]
-        return None if are_numbers and any(' ' in cell for cell in cells) else '\t'
+        parted = [cell for cell in cells if ' ' in cell and not BLANKS.fullmatch(cell)]
+        return None if are_numbers and parted else '\t'
     if not any(',' in row for row in rows):
         return None
-    return None if are_numbers and len(words) >= 3 * len(rows) else ','
+    are_whole = are_numbers and not any(word.endswith(',') for word in words)
+    return None if are_whole and len(words) >= 3 * len(rows) else ','
 
 
 def _lone(line):
@@ -134,15 +143,15 @@ def _header(rows, delimiter):
     if numbers < 3 and not all(is_number(cell) or NO_NUMBER.match(cell) for cell in cells):
         glued = UNIT.sub(r'\1', rows[0][1]) if delimiter is None else rows[0][1]
         return _split(glued.lstrip('#/%! '), delimiter)
-    ordinals = [str(k) for k in range(len(cells))]
+    ordinals = [str(k) for k in range(len(cells) + 1)]
     if (
         len(rows) > 1
         and len(cells) > 2
         and re.search(r'[.,-]', ''.join(_split(rows[1][1], delimiter)))
     ):
-        if cells == ordinals:  # pandas's names of what has none
+        if cells in (ordinals[:-1], ordinals[1:]):  # as pandas or R names what has no name
             return []
-        if cells == ['', *ordinals[:-1]]:
+        if cells == ['', *ordinals[:-2]]:
             return cells
     return None
 
@@ -195,6 +204,12 @@ def _width(rows, delimiter):
     if widths[0] < 3:
         raise UnreadableCloud(f'{_quoted(rows[0])} is no point: it must hold three numbers')
     return widths[0]
+
+
+def _first_columns(table):
+    """Return (M, K) numbers of the first columns of some rows; nan where a cell is none."""
+    rows = [_split(line, table.delimiter)[:LOOKED_AT] for _, line in table.rows[:SAMPLE]]
+    return np.array([[number_of(cell) for cell in row[: table.width]] for row in rows])
 
 
 def _numbers(table, chosen):

@@ -92,6 +92,34 @@ def test_bare_numbers_say_themselves_how_many_columns_they_are(
     assert_reads(tmp_path / 'a.bin', rows[:, :3].astype(np.float64))
 
 
+@pytest.mark.parametrize('count', [8, 10])
+@pytest.mark.parametrize('dtype', ['<f4', '<f8'])
+def test_more_columns_than_are_looked_for_are_refused_and_the_option_reads_them(
+    tmp_path, count, dtype
+):
+    """As PCL keeps points in memory: x y z and a pad, the intensity and three."""
+    rows = np.zeros((4800, count), dtype)
+    rows[:, :3], rows[:, 4] = sweep()
+    rows.tofile(tmp_path / 'a.bin')
+    with pytest.raises(UnreadableCloud, match=f'look like {count} columns of .*; --columns'):
+        read_cloud(tmp_path / 'a.bin')
+    assert_reads(tmp_path / 'a.bin', rows[:, :3].astype(np.float64), count)
+
+
+@pytest.mark.parametrize('dtype', ['<f4', '<f8'])
+def test_homogeneous_coordinates_are_four_columns(tmp_path, dtype):
+    rows = np.c_[sweep()[0], np.ones(4800)].astype(dtype)
+    rows.tofile(tmp_path / 'a.bin')
+    assert_reads(tmp_path / 'a.bin', rows[:, :3].astype(np.float64))
+
+
+@pytest.mark.parametrize('columns', [3, 4])
+def test_all_of_x_before_all_of_y_is_no_row_of_points(tmp_path, columns):
+    with_columns('xyzi')[:, :columns].T.astype('<f4').tofile(tmp_path / 'a.bin')
+    with pytest.raises(UnreadableCloud, match='all x, then all y'):
+        read_cloud(tmp_path / 'a.bin')
+
+
 def test_nuscenes_has_five_columns_by_its_name(tmp_path):
     rows = with_columns('xyzir').astype('<f4')
     rows.tofile(tmp_path / 'a.pcd.bin')
@@ -164,6 +192,30 @@ def test_las_is_read_with_scale_and_offset(tmp_path, points, suffix):
     (tmp_path / f'cut{suffix}').write_bytes(content[: len(content) * 2 // 3])
     with pytest.raises(UnreadableCloud, match='cut'):
         read_cloud(tmp_path / f'cut{suffix}')
+
+
+@pytest.mark.parametrize('how', ['GeoTIFF', 'WKT'])
+@pytest.mark.parametrize('is_geographic', [True, False])
+def test_las_in_degrees_is_refused(tmp_path, points, how, is_geographic):
+    laspy = pytest.importorskip('laspy')
+    known = pytest.importorskip('laspy.vlrs.known')
+    if how == 'WKT':
+        wkt = 'GEOGCS["WGS 84",DATUM["WGS_1984"]]'
+        record = known.WktCoordinateSystemVlr(wkt if is_geographic else f'PROJCS["UTM",{wkt}]')
+    else:
+        record = known.GeoKeyDirectoryVlr()
+        record.geo_keys = [known.GeoKeyEntryStruct(1024, 0, 1, 2 if is_geographic else 1)]
+        record.geo_keys_header.number_of_keys = 1
+    las = laspy.create(point_format=6, file_version='1.4')
+    las.header.vlrs.append(record)
+    las.header.scales = (0.001,) * 3
+    las.x, las.y, las.z = points.T
+    las.write(tmp_path / 'a.las')
+    if is_geographic:
+        with pytest.raises(UnreadableCloud, match='longitude and latitude'):
+            read_cloud(tmp_path / 'a.las')
+    else:
+        assert read_cloud(tmp_path / 'a.las').shape == points.shape
 
 
 def test_the_scans_of_an_e57_are_put_together_in_their_poses(tmp_path, points, caplog):
