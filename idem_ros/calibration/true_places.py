@@ -3,6 +3,7 @@
 import numpy as np
 
 from idem_ros.calibration.frame_tree import bare
+from idem_ros.messages.building import TRANSFORM
 from idem_ros.messages.transform_message import matrix_of
 from idem_ros.replay.recorded_truth import NoTruth, truth_topic_of
 
@@ -22,6 +23,10 @@ def read_true_places(recording, given=None):
     topic = truth_topic_of(recording, given)
     if topic is None:
         raise NoTruth(f'{recording.path} has no topic of true poses; name it by --truth-topic')
+    if (kind := recording.topics[topic].msgtype) != TRANSFORM:
+        raise NoTruth(
+            f'{topic} of {recording.path} is of type {kind}; places of sensors are {TRANSFORM}'
+        )
     places, moving = {}, {}
     for _, _, message in recording.messages([topic]):
         name = bare(message.child_frame_id)

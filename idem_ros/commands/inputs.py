@@ -18,7 +18,7 @@ ROLES = {
     'target': 'PointCloud2',
     'source': 'PointCloud2',
     'guess': 'TransformStamped (or as --initial-guess-type says)',
-    'truth': 'TransformStamped',
+    'truth': 'TransformStamped, PoseStamped, PoseWithCovarianceStamped, Odometry or Path',
     'imu': 'Imu, whose rates tell how the sensor turned during a sweep',
 }
 UNITS = {'': 1, **{unit: 2 ** (10 * (i + 1)) for i, unit in enumerate('kmg')}}

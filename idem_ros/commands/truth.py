@@ -33,7 +33,9 @@ def add_parser(subparsers):
         help='TUM file to write; .yaml: the places of sensors',
     )
     parser.add_argument(
-        '--truth-topic', metavar='NAME', help='TransformStamped topic (default: ground_truth)'
+        '--truth-topic',
+        metavar='NAME',
+        help='topic of a TransformStamped or a pose (default: that named ground_truth)',
     )
     parser.add_argument(
         '--source-topic', metavar='NAME', help='PointCloud2 topic that they are of'

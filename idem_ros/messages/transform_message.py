@@ -30,9 +30,8 @@ def matrix_of(message):
     """Return the (4, 4) transform of a message: child frame in header frame.
 
     Args:
-        message: an object with the fields of geometry_msgs/TransformStamped, or with a pose and
-            its covariance: geometry_msgs/PoseWithCovarianceStamped, nav_msgs/Odometry. Its
-            quaternion is normalised.
+        message: an object with the fields of geometry_msgs/TransformStamped, or with a pose:
+            PoseStamped, PoseWithCovarianceStamped, Odometry. Its quaternion is normalised.
 
     Raises:
         InvalidTransform: a value is not finite, or the quaternion is no rotation.
@@ -40,7 +39,8 @@ def matrix_of(message):
     if hasattr(message, 'transform'):
         t, q = message.transform.translation, message.transform.rotation
     else:
-        t, q = message.pose.pose.position, message.pose.pose.orientation
+        pose = getattr(message.pose, 'pose', message.pose)
+        t, q = pose.position, pose.orientation
     return matrix_from((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
 
 

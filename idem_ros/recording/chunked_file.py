@@ -46,8 +46,7 @@ class ChunkedFile:
         self.bytes_read = self._stream.size
         try:
             if self._stream.read(len(self.magic)) != self.magic:
-                is_other = f'its magic is not that of {self.kind}'
-                raise Damaged(is_other if self._stream.size else 'it is empty')
+                raise Damaged(f'its magic is not that of {self.kind}')
             if not self._index():
                 self._scan()
         except BaseException:
@@ -77,6 +76,8 @@ class ChunkedFile:
         try:
             content = self._content(block.offset)
             found = [each for each in self._messages_in(content) if each[0] in ids]
+            if any(log_time < block.begin for _, log_time, _ in found):
+                raise Damaged('it holds messages of before the time that its index tells')
         except Exception as error:  # damaged bytes raise anything
             self._leave_out(block.offset, error)
             return []

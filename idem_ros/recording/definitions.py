@@ -108,7 +108,11 @@ def _type(name, owner):
 
 
 def normalized(name):
-    """Return the name of a type as ROS 2 has it: std_msgs/msg/Header of std_msgs/Header."""
+    """Return the name of a type as ROS 2 has it: std_msgs/msg/Header of std_msgs/Header.
+
+    IDL parts it by ::.
+    """
+    name = name.replace('::', '/')
     package, slash, last = name.rpartition('/')
     is_short = slash and '/' not in package
     return f'{package}/msg/{last}' if is_short else name

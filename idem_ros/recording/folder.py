@@ -10,7 +10,7 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.files.structured_text import UnreadableText, read_yaml
 
 KINDS = ('.mcap', '.db3', '.bag')
-COMPRESSED = ('.zstd', '.zst')
+COMPRESSED = ('.zstd', '.zst', '.lz4')
 SUFFIXES = (*KINDS, *(kind + each for kind in KINDS for each in COMPRESSED))
 METADATA = 'metadata.yaml'
 MOST_BYTES, MOST_VALUES = 2**22, 500_000  # of a metadata.yaml: hundreds of topics and files
@@ -69,11 +69,13 @@ def contents_of(path):
             )
         return Contents((path,))
     there = sorted(each for each in path.iterdir() if is_recording(each.name) and each.is_file())
+    is_described = (path / METADATA).is_file()
     if not there:
+        but = f', but a {METADATA}: the files that it names are elsewhere' if is_described else ''
         raise UnreadableRecording(
-            f'the folder {path} holds no recording ({_suffixes()}){_from_clouds(path)}'
+            f'the folder {path} holds no recording ({_suffixes()}){but}{_from_clouds(path)}'
         )
-    if not (path / METADATA).is_file():
+    if not is_described:
         _require_one(path, there)
         return Contents(_each_once(there))
     try:
@@ -83,7 +85,7 @@ def contents_of(path):
     except (ValueError, TypeError, LookupError, AttributeError) as error:
         reason = f'{path / METADATA} is none of rosbag2: {type(error).__name__}: {error}'
         return Contents(_each_once(there), damage=reason[:300])
-    return _matched(there, named, messages)
+    return _matched(path, there, named, messages)
 
 
 def is_recording(name):
@@ -131,7 +133,7 @@ def _each_once(files):
     return tuple(f for f in files if bare_name(f.name) == f.name or bare_name(f.name) not in names)
 
 
-def _matched(there, named, messages):
+def _matched(path, there, named, messages):
     files, missing = {}, []
     for name, count in named:
         # a folder that was compressed, or the other way round, by hand
@@ -141,10 +143,12 @@ def _matched(there, named, messages):
             files[same[0]] = count
         else:
             missing.append((name, count))
+    if not files:
+        _require_one(path, there)
     taken = {bare_name(file.name) for file in files}
     kinds = {Path(bare_name(name)).suffix for name, _ in named}
     others = [file for file in _each_once(there) if bare_name(file.name) not in taken]
-    extra = [file for file in others if Path(bare_name(file.name)).suffix in kinds]
+    extra = [f for f in others if not files or Path(bare_name(f.name)).suffix in kinds]
     return Contents(
         tuple(sorted({*files, *extra})),
         tuple(missing),
@@ -157,6 +161,8 @@ def _matched(there, named, messages):
 def _metadata(path):
     """Return ([(name, messages or None)] of its files, messages in all) of a metadata.yaml."""
     information = read_yaml(path, MOST_BYTES, MOST_VALUES)['rosbag2_bagfile_information']
+    if not isinstance(information['relative_file_paths'], list):
+        raise TypeError('its relative_file_paths are no list')
     names = [PurePosixPath(name).name for name in information['relative_file_paths']]
     counts = {
         PurePosixPath(each['path']).name: _count(each.get('message_count'))
@@ -211,8 +217,8 @@ def _searched(folder):
 
 
 def _is_split(folder_name, files):
-    numbered = re.compile(rf'{re.escape(folder_name)}_\d+\.(mcap|db3)(\.zstd|\.zst)?')
-    return bool(files) and all(map(numbered.fullmatch, files))
+    numbered = re.compile(rf'{re.escape(folder_name)}_\d+\.(mcap|db3)')
+    return bool(files) and all(numbered.fullmatch(bare_name(name)) for name in files)
 
 
 def fingerprint(path):

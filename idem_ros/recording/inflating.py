@@ -2,7 +2,7 @@
 
 import bz2
 import shutil
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,9 +10,12 @@ import lz4.frame
 import zstandard
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.recording.folder import bare_name
 from idem_ros.terminal.printable import error_line
 
-ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
+MAGICS = {b'\x28\xb5\x2f\xfd': 'zstd', b'\x04\x22\x4d\x18': 'lz4'}
+"""How a file or a message begins that is compressed as a whole; CDR begins with a zero."""
+LONGEST_HEAD = 19  # bytes that say how much there is
 PIECE = 2**20  # bytes
 LARGEST_RATIO = 1000  # of a file as a whole; clouds come to ten
 
@@ -23,6 +26,11 @@ class TooLarge(IdemError):
 
 class Damaged(IdemError):
     """Bytes that are not what they should be."""
+
+
+def compression_of(head):
+    """Return how bytes are compressed, by the first four of them; empty: they are not."""
+    return MAGICS.get(bytes(head[:4]), '')
 
 
 def inflated(content, compression, size, bound):
@@ -61,55 +69,68 @@ def inflated_message(raw, bound):
     Raises:
         TooLarge, Damaged: see `inflated`.
     """
-    if bytes(raw[:4]) != ZSTD_MAGIC:  # CDR begins with a zero
+    compression = compression_of(raw)
+    if not compression:
         return raw
     try:
-        size = zstandard.frame_content_size(bytes(raw[:18]))
-    except zstandard.ZstdError as error:
-        raise Damaged(str(error)) from error
-    if size < 0:  # it does not say
-        result = _zstd(raw, bound + 1)
-        if len(result) > bound:
-            raise TooLarge(f'more than --max-chunk {bound} bytes')
-        return result
-    return inflated(raw, 'zstd', size, bound)
+        size = _SIZES[compression](bytes(raw[:LONGEST_HEAD]))
+        if size is not None:
+            return inflated(raw, compression, size, bound)
+        result = _INFLATERS[compression](raw, bound + 1)
+    except (zstandard.ZstdError, RuntimeError) as error:
+        raise Damaged(error_line(error)) from error
+    if len(result) > bound:
+        raise TooLarge(f'more than --max-chunk {bound} bytes')
+    return result
 
 
 @contextmanager
-def inflated_file(path, bound):
-    """Yield the path of a zstd file's content, in a folder that is gone afterwards.
+def inflated_file(path, compression, bound):
+    """Yield the path of a compressed file's content, in a folder that is gone afterwards.
 
     Args:
         path: the file.
+        compression: one of `MAGICS`.
         bound: [bytes]; a file may inflate to `LARGEST_RATIO` times its size, where that is more.
 
     Raises:
         TooLarge: it inflates to more, or to more than the disk has room for.
-        Damaged: it is no zstd.
+        Damaged: it is not so compressed.
     """
     limit = max(bound, LARGEST_RATIO * path.stat().st_size)
-    name = path.name
-    for suffix in ('.zstd', '.zst'):
-        name = name.removesuffix(suffix)
     with TemporaryDirectory(prefix='idem_') as folder:
         limit = min(limit, shutil.disk_usage(folder).free - 64 * PIECE)
-        inner = Path(folder) / name
+        inner = Path(folder) / bare_name(path.name)
         try:
             with path.open('rb') as stream, inner.open('wb') as out:
-                _copy(stream, out, limit)
-        except zstandard.ZstdError as error:
-            raise Damaged(f'its compression by zstd is damaged: {error}') from error
+                _copy(_STREAMS[compression](stream), out, limit)
+        except (zstandard.ZstdError, RuntimeError) as error:
+            reason = error_line(error)
+            raise Damaged(f'its compression by {compression} is damaged: {reason}') from error
         yield inner
 
 
-def _copy(stream, out, limit):
+def _copy(reader, out, limit):
     count = 0
-    with zstandard.ZstdDecompressor().stream_reader(stream, read_across_frames=True) as reader:
-        while piece := reader.read(PIECE):
+    with reader, suppress(EOFError):  # of lz4 that is cut off: what came until there is kept
+        while piece := reader.read1(PIECE):
             count += len(piece)
             if count > limit:
                 raise TooLarge(f'it inflates to more than {limit} bytes')
             out.write(piece)
+
+
+def _zstd_stream(stream):
+    return zstandard.ZstdDecompressor().stream_reader(stream, read_across_frames=True)
+
+
+def _zstd_size(head):
+    size = zstandard.frame_content_size(head)
+    return None if size < 0 else size
+
+
+def _lz4_size(head):
+    return lz4.frame.get_frame_info(head)['content_size'] or None
 
 
 def _zstd(content, limit):
@@ -127,3 +148,5 @@ def _bz2(content, limit):
 
 
 _INFLATERS = {'zstd': _zstd, 'lz4': _lz4, 'bz2': _bz2}
+_STREAMS = {'zstd': _zstd_stream, 'lz4': lz4.frame.LZ4FrameFile}
+_SIZES = {'zstd': _zstd_size, 'lz4': _lz4_size}

@@ -1,6 +1,7 @@
 """An MCAP by its index, or where that is missing or damaged, record after record."""
 
 import io
+import math
 import struct
 import zlib
 
@@ -22,6 +23,7 @@ CHUNK = struct.Struct('<QQQII')  # begin, end, size, CRC, length of the compress
 MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
 FOOTER = 37  # bytes from its opcode to the end of the file
 ENCODED = {'ros1msg': 'ros1', 'ros2msg': 'cdr', 'ros2idl': 'cdr', 'omgidl': 'cdr'}
+INDEX, ENTRY = 15, 16  # bytes of the index of a channel in a chunk, and of each of its messages
 
 
 class McapFile(ChunkedFile):
@@ -33,8 +35,12 @@ class McapFile(ChunkedFile):
         self._schemas = {}
         super().__init__(*args)
 
-    def _index(self):
-        """Take channels, counts and chunks from the summary; return whether it has them all."""
+    def _summary(self):
+        """Return the summary; None where there is none, or none that can be believed."""
+        self._stream.seek(max(self._stream.size - len(MAGIC), 0))
+        if self._stream.read(len(MAGIC)) != MAGIC:
+            self.damage = 'its end is missing'
+            return None
         try:
             self._stream.seek(0)
             limit = self._stream.size
@@ -43,7 +49,12 @@ class McapFile(ChunkedFile):
                 self._require_crc()
         except Exception as error:  # damaged bytes raise anything: struct.error, KeyError
             self.damage = error_line(error)
-            return False
+            return None
+        return summary
+
+    def _index(self):
+        """Take channels, counts and chunks from the summary; return whether it has them all."""
+        summary = self._summary()
         if summary is None:
             return False
         self._schemas.update(summary.schemas)
@@ -52,6 +63,8 @@ class McapFile(ChunkedFile):
         found, chunks = summary.statistics, summary.chunk_indexes
         if not found or len(chunks) != found.chunk_count or (found.message_count and not chunks):
             return False
+        if _indexed(chunks) < found.message_count:
+            return False  # some stand outside of chunks
         is_known = set(found.channel_message_counts) <= set(self._by_id)
         if not is_known or len({each.chunk_start_offset for each in chunks}) < len(chunks):
             return False
@@ -156,3 +169,11 @@ class McapFile(ChunkedFile):
                 yield id_, log_time, record[MESSAGE.size :]
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._definition(opcode, bytes(record))
+
+
+def _indexed(chunks):
+    """Return how many messages stand in chunks, as far as that is known without reading them."""
+    if not all(each.message_index_offsets for each in chunks):
+        return math.inf
+    of_channels = ((each.message_index_length, len(each.message_index_offsets)) for each in chunks)
+    return sum((size - INDEX * count) // ENTRY for size, count in of_channels)

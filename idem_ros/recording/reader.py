@@ -9,7 +9,7 @@ from pathlib import Path
 from idem_ros.core.exceptions import IdemError
 from idem_ros.recording.decoding import UnreadableTopic, decoder
 from idem_ros.recording.folder import UnreadableRecording, bare_name, contents_of
-from idem_ros.recording.inflating import ZSTD_MAGIC, Damaged, TooLarge, inflated_file
+from idem_ros.recording.inflating import Damaged, TooLarge, compression_of, inflated_file
 from idem_ros.recording.mcap_file import McapFile
 from idem_ros.recording.part import MAX_CHUNK, NEVER
 from idem_ros.recording.ros1_file import Ros1File
@@ -17,6 +17,8 @@ from idem_ros.recording.sqlite_file import SqliteFile
 from idem_ros.terminal.printable import error_line
 
 SHOWN = 3  # chunks of a file that are named one by one
+FORMATS = {'.mcap': McapFile, '.db3': SqliteFile, '.bag': Ros1File}
+LONGEST_MAGIC = max(len(each.magic) for each in FORMATS.values())
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def open_recording(path, max_chunk=MAX_CHUNK):
             raise refused[0]
         lost['files_unreadable'] += len(refused)
         warnings.extend(str(error) for error in refused)
-        warnings.extend(_of_folder(path, contents, parts, bool(refused), lost))
+        warnings.extend(_of_folder(path, contents, parts, lost))
         begin = min((part.begin for part in parts), default=NEVER)
         yield Recording(path, _topics(parts), warnings, begin, lost, tuple(parts), max_chunk)
 
@@ -121,10 +123,8 @@ def _opened(stack, file, max_chunk, warnings, lost):
     """Open a file; what of it is damaged is a warning."""
     inner = file
     try:
-        with file.open('rb') as stream:
-            is_zstd = stream.read(len(ZSTD_MAGIC)) == ZSTD_MAGIC
-        if is_zstd:
-            inner = stack.enter_context(inflated_file(file, max_chunk))
+        if compression := compression_of(_head(file)):
+            inner = stack.enter_context(inflated_file(file, compression, max_chunk))
         part = stack.enter_context(closing(_part(inner, max_chunk)))
     except (Damaged, TooLarge, OSError) as error:
         reason = getattr(error, 'strerror', None) or _one_line(error).rstrip('.')
@@ -147,13 +147,21 @@ def _opened(stack, file, max_chunk, warnings, lost):
 
 
 def _part(file, max_chunk):
-    suffix = Path(bare_name(file.name)).suffix
-    if suffix == '.mcap':
-        return McapFile(file, max_chunk)
-    return SqliteFile(file) if suffix == '.db3' else Ros1File(file, max_chunk)
+    """Open a file as what it begins like, be it named otherwise; else as what its name says."""
+    head = _head(file)
+    if not head:
+        raise Damaged('it is empty')
+    found = [each for each in FORMATS.values() if head.startswith(each.magic)]
+    of_name = FORMATS[Path(bare_name(file.name)).suffix]
+    return (found or [of_name])[0](file, max_chunk)
 
 
-def _of_folder(path, contents, parts, is_partly_refused, lost):
+def _head(file):
+    with file.open('rb') as stream:
+        return stream.read(LONGEST_MAGIC)
+
+
+def _of_folder(path, contents, parts, lost):
     """Yield what a folder lacks of what its metadata.yaml says, and what it has beside that."""
     if contents.damage:
         yield f'{contents.damage}; the files of the folder are read by their names'
@@ -165,12 +173,13 @@ def _of_folder(path, contents, parts, is_partly_refused, lost):
         of_them = '' if count is None else f' ({count} of {total} messages)'
         yield f'{path / name} is missing, which metadata.yaml names{of_them}'
     lost['files_missing'] += len(contents.missing)
-    for name in contents.extra:
+    read = {part.path.name for part in parts}
+    for name in filter(read.__contains__, contents.extra):
         yield f'{path / name} is not named in metadata.yaml; it is read, too'
     for name in contents.left_out:
         yield f'{path / name} is not named in metadata.yaml; it is left out'
     lost['files_extra'] += len(contents.extra) + len(contents.left_out)
-    is_explained = contents.missing or contents.extra or is_partly_refused
+    is_explained = contents.missing or contents.extra or len(parts) < len(contents.files)
     if total is not None and total != found and not (is_explained or lost['files_damaged']):
         yield f'{path}: metadata.yaml tells of {total} messages, its files hold {found}'
 

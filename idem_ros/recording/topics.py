@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.building import CLOUD, TRANSFORM
-from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, TF
+from idem_ros.pairing.guesses import FOLLOWING, HEARD, POSE, STREAMED, TF
 from idem_ros.pairing.turn_rates import IMU
 
 MSGTYPES = {
@@ -13,6 +13,8 @@ MSGTYPES = {
     'initial_guess': TRANSFORM,
     'ground_truth': TRANSFORM,
 }
+TRUTHS = (*STREAMED.values(), 'geometry_msgs/msg/PoseStamped', 'nav_msgs/msg/Path')
+"""Of true poses: the transform of each source, or poses of a body in one frame."""
 STATIC = '_static'
 FROM_A_FILE = ''  # in place of the name of the target's topic
 OPTIONS = {
@@ -80,24 +82,31 @@ def find_topics(
     given = {'target': target, 'source': source, 'initial_guess': guess, 'ground_truth': truth}
     of_guess = None if guess_type == 'initial_pose' else HEARD.get(guess_type)
     of_target = None if target == FROM_A_FILE else CLOUD
-    msgtypes = {**MSGTYPES, 'target': of_target, 'initial_guess': of_guess}
+    kinds = {
+        'target': of_target,
+        'source': CLOUD,
+        'initial_guess': of_guess,
+        'ground_truth': TRUTHS,
+    }
     if guess and guess_type not in HEARD:
         raise TopicNotFound(
             f'{guess!r} is given for the guess, but of type {guess_type!r} it comes from no such '
             f'topic; it does of type {", ".join(HEARD)}'
         )
     found = {
-        role: _named(recording, role, name, msgtypes[role]) for role, name in given.items() if name
+        role: _named(recording, role, name, kinds[role]) for role, name in given.items() if name
     }
-    for role, msgtype in msgtypes.items():
+    for role, msgtype in kinds.items():
         if role in found:
             continue
         if msgtype is None:
             found[role] = None
-        elif msgtype != TRANSFORM:
+        elif role == 'ground_truth' and (named := find_truth(recording, found.values())):
+            found[role] = named
+        elif msgtype not in (TRANSFORM, TRUTHS):
             found[role] = find_topic(recording, msgtype, role, taken=found.values())
         else:
-            found[role] = _find_optional(recording, msgtype, role, taken=found.values())
+            found[role] = _find_optional(recording, TRANSFORM, role, taken=found.values())
     if tf and guess_type != 'tf':
         raise TopicNotFound(
             f'{", ".join(tf)} is given for tf, but guesses of type {guess_type!r} come from '
@@ -115,7 +124,7 @@ def find_topic(recording, msgtype, role, given=None, taken=()):
 
     Args:
         recording: an open `Recording`.
-        msgtype: such as 'sensor_msgs/msg/PointCloud2'.
+        msgtype: such as 'sensor_msgs/msg/PointCloud2', or several.
         role: 'target', 'source', 'initial_guess' or 'ground_truth'.
         given: the name a user gave, with or without its leading slash.
         taken: topics that already play another role.
@@ -130,7 +139,7 @@ def find_topic(recording, msgtype, role, given=None, taken=()):
     for names in (conventional, candidates):
         if len(names) == 1:
             return names[0]
-    kind = msgtype.rpartition('/')[2]
+    kind = msgtype.rpartition('/')[2] if isinstance(msgtype, str) else 'pose'
     if not candidates:
         every = ', '.join(f'{name} ({topic.msgtype})' for name, topic in recording.topics.items())
         raise TopicNotFound(
@@ -141,6 +150,19 @@ def find_topic(recording, msgtype, role, given=None, taken=()):
         f'{recording.path} has {len(candidates)} {kind} topics, and none or several of them are '
         f'named {role}: {", ".join(candidates)}; choose one with {OPTIONS[role]}'
     )
+
+
+def find_truth(recording, taken=()):
+    """Return the topic of true poses that is named so, of transforms first; None: there is none.
+
+    Raises:
+        TopicNotFound: several are.
+    """
+    for kinds in ((TRANSFORM,), TRUTHS):
+        found = _candidates(recording, kinds, 'ground_truth', taken)
+        if any(name.endswith('ground_truth') for name in found):
+            return find_topic(recording, kinds, 'ground_truth', taken=taken)
+    return None
 
 
 def _find_optional(recording, msgtype, role, taken):
@@ -155,7 +177,7 @@ def _candidates(recording, msgtype, role, taken):
     return [
         name
         for name, topic in recording.topics.items()
-        if topic.msgtype == msgtype
+        if topic.msgtype in _several(msgtype)
         and name not in taken
         and not any(name.endswith(other) for other in others)
     ]
@@ -209,14 +231,19 @@ def _named(recording, role, given, msgtype):
     for name, topic in recording.topics.items():
         if name.lstrip('/') != given.lstrip('/'):
             continue
-        if topic.msgtype != msgtype:
+        if topic.msgtype not in _several(msgtype):
             raise TopicNotFound(
                 f'{recording.path}: topic {name} is of type {topic.msgtype}; '
-                f'the {role} must be {msgtype}'
+                f'the {role} must be {" or ".join(_several(msgtype))}'
             )
         return name
-    candidates = [name for name, topic in recording.topics.items() if topic.msgtype == msgtype]
+    kinds = _several(msgtype)
+    candidates = [name for name, topic in recording.topics.items() if topic.msgtype in kinds]
     raise TopicNotFound(
         f'{recording.path} has no topic {given!r}; '
-        f'of type {msgtype} it has: {", ".join(candidates) or "none"}'
+        f'of type {" or ".join(kinds)} it has: {", ".join(candidates) or "none"}'
     )
+
+
+def _several(msgtype):
+    return (msgtype,) if isinstance(msgtype, str) else msgtype

@@ -3,9 +3,10 @@
 from itertools import islice
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.messages.building import CLOUD, TRANSFORM
+from idem_ros.messages.building import CLOUD
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.recording.topics import TopicNotFound, find_topic
+from idem_ros.pairing.guesses import frames_of
+from idem_ros.recording.topics import TRUTHS, TopicNotFound, find_topic, find_truth
 from idem_ros.replay.truths import Truths
 
 TRUTH = 'ground_truth'
@@ -21,12 +22,8 @@ def truth_topic_of(recording, given=None):
     Raises:
         TopicNotFound: the one given is not there, or several are named so.
     """
-    conventional = any(
-        topic.msgtype == TRANSFORM and name.endswith(TRUTH)
-        for name, topic in recording.topics.items()
-    )
     # any other transform may be a guess, or a calibration
-    return find_topic(recording, TRANSFORM, TRUTH, given) if given or conventional else None
+    return find_topic(recording, TRUTHS, TRUTH, given) if given else find_truth(recording)
 
 
 def is_relative(recording, truth, source):
@@ -42,7 +39,7 @@ def is_relative(recording, truth, source):
     (_, _, first), *_ = [*islice(recording.messages([truth]), 1), (None, None, None)]
     if first is None:
         return False
-    frame, child = (name.lstrip('/') for name in (first.header.frame_id, first.child_frame_id))
+    frame, child = (name.lstrip('/') for name in frames_of(first))
     if frame and frame == child:
         return True
     for target, topic in recording.topics.items():

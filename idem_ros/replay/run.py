@@ -228,8 +228,10 @@ class _Pass:
 
     def _finished(self, lane, recording, interrupted):
         truth_of, sequence, notes = self.pairing.judged(lane.settings, lane.results, self.truths)
-        for _, refinement in lane.results:
-            truth_of(refinement)  # of each: why it is not believed is among the notes
+        # of each: why it is not believed is among the notes
+        believed = [truth_of(refinement) is not None for _, refinement in lane.results]
+        if self.pairing.topics.truth and believed and not (any(believed) or self.truths.notes):
+            notes = (*notes, 'the truth has no pose of the stamp of any source')
         return Replay(
             path=str(recording.path),
             topics=self.pairing.topics,

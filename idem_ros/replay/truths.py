@@ -1,15 +1,22 @@
 """The ground truth of a recording by stamp: numbers, not messages, which would fill the memory."""
 
 from array import array
+from itertools import zip_longest
 
 import numpy as np
 
 from idem_ros.core import IdemError
 from idem_ros.files.trajectory_file import Trajectory
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
+from idem_ros.pairing.guesses import frames_of
 from idem_ros.pairing.pair import frame_contradiction
+from idem_ros.pairing.stamped_poses import interpolated
 
 CHAINED = 'first_scan'
+WIDEST = 100_000_000  # [ns] between poses of a stream that one is told between: 4 mm at 3 m/s^2
+BETWEEN = (
+    'the truth is a stream of poses: where it has none of the stamp of a source, it is between two'
+)
 
 
 class Truths:
@@ -25,17 +32,34 @@ class Truths:
         self._rows = array('d')  # the first three of each pose
         self._numbers_of = {}  # (frame_id, child_frame_id, why it is no pose) -> its kind
         self._awaited = self._order = None
+        self._is_stream = False  # poses of a body in one frame, at stamps of their own
+        self._path = []
 
     def add(self, message):
-        """Keep a TransformStamped, source in target frame; of one stamp the last counts."""
+        """Keep the source in the target frame, of one of `TRUTHS`; of one stamp the last counts.
+
+        A TransformStamped is of the source of its stamp; other poses are of those between, too.
+        """
+        self._is_stream = not hasattr(message, 'transform')
+        if hasattr(message, 'poses'):
+            self._add_path(message)
+        else:
+            self._add(message, *frames_of(message))
+
+    def _add_path(self, message):
+        """Keep of a nav_msgs/Path what the one before did not say: it comes again, longer."""
+        for before, each in zip_longest(self._path, message.poses):
+            if each is not None and each != before:
+                self._add(each, each.header.frame_id or message.header.frame_id, '')
+        self._path = message.poses
+
+    def _add(self, message, *frames):
         pose, reason = np.zeros((4, 4)), ''
         try:
             pose = matrix_of(message)
         except IdemError as error:
             reason = f'truth: {error}'
-        self._keep(
-            stamp_ns(message), pose, message.header.frame_id, message.child_frame_id, reason
-        )
+        self._keep(stamp_ns(message), pose, *frames, reason)
 
     def _keep(self, stamp, pose, *kind):
         self._stamps.append(stamp)
@@ -61,17 +85,21 @@ class Truths:
             stamp: of the source.
             target_frame, source_frame: of the clouds; an empty one contradicts nothing.
         """
-        i = self._last_of(stamp)
-        if i is None:
+        places, share = self._around(stamp)
+        if not places:
             return None
-        *frames, reason = list(self._numbers_of)[self._kinds[i]]
+        *frames, reason = list(self._numbers_of)[self._kinds[places[0]]]
         clouds = target_frame, source_frame
         reason = frame_contradiction('truth', tuple(frames), clouds) or reason
         if note := reason or _assumed(frames, clouds):
             self._note(note)
         if reason:
             return None
-        return np.vstack([np.reshape(self._rows[12 * i : 12 * i + 12], (3, 4)), np.eye(4)[3]])
+        poses = [
+            np.vstack([np.reshape(self._rows[12 * i : 12 * i + 12], (3, 4)), np.eye(4)[3]])
+            for i in places
+        ]
+        return poses[0] if len(poses) == 1 else interpolated(*poses, share)
 
     def chained(self, stamps, source_frame):
         """Return `Truths` in one frame, of those of scans each in the frame of the one before.
@@ -81,6 +109,7 @@ class Truths:
             source_frame: of the scans.
         """
         result, pose = Truths(), np.eye(4)
+        self._is_stream = False  # a step between two steps is none
         result._note('the truth is of each scan in the frame of the one before it; it is chained')
         for i, stamp in enumerate(stamps):
             step = self.at(stamp, '', source_frame)
@@ -113,15 +142,27 @@ class Truths:
                 poses[k], known[k] = pose, True
         return Trajectory(poses[known], stamps[known]) if known.any() else None
 
-    def _last_of(self, stamp):
-        """Return the place of the last truth of a stamp; None: there is none."""
+    def _around(self, stamp):
+        """Return the place of the last truth of a stamp, or those around it and how far between.
+
+        No place where there is none, or where those around are too far apart or of other frames.
+        """
         if self._order is None:
             stamps = np.array(self._stamps, dtype=np.int64)
             order = np.argsort(stamps, kind='stable')
             self._order = order, stamps[order]
         order, stamps = self._order
-        k = np.searchsorted(stamps, stamp, side='right') - 1
-        return int(order[k]) if k >= 0 and stamps[k] == stamp else None
+        k = int(np.searchsorted(stamps, stamp, side='right'))
+        if k and stamps[k - 1] == stamp:
+            return [int(order[k - 1])], 0.0
+        if not (self._is_stream and 0 < k < len(stamps)):
+            return [], 0.0
+        after = int(np.searchsorted(stamps, stamps[k], side='right')) - 1
+        places, gap = [int(order[k - 1]), int(order[after])], int(stamps[k] - stamps[k - 1])
+        if gap > WIDEST or self._kinds[places[0]] != self._kinds[places[1]]:
+            return [], 0.0
+        self._note(BETWEEN)
+        return places, (stamp - int(stamps[k - 1])) / gap
 
 
 def _assumed(frames, clouds):

@@ -70,7 +70,8 @@ def test_what_inflates_to_other_than_it_declares_is_damaged(compression):
 def test_a_message_that_is_compressed_by_itself_is_bounded_too():
     packed = zstandard.ZstdCompressor().compress(bytes(1000))
     silent = zstandard.ZstdCompressor(write_content_size=False).compress(bytes(1000))
-    for each in (packed, memoryview(silent)):
+    by_lz4 = [lz4.frame.compress(bytes(1000), store_size=is_said) for is_said in (True, False)]
+    for each in (packed, memoryview(silent), *by_lz4):
         assert inflated_message(each, 1000) == bytes(1000)
         with pytest.raises(TooLarge):
             inflated_message(each, 999)

@@ -1,5 +1,6 @@
 """A rosbag2 folder is read as far as it is there; what its metadata.yaml says else is told."""
 
+import lz4.frame
 import pytest
 import yaml
 from recordings import TOPICS, bare_mcap, mcap_folder, scans
@@ -154,3 +155,66 @@ def test_a_gate_fails_on_what_is_missing_unless_a_rule_allows_it(tmp_path, rng):
     assert (unspoken.rule.text, unspoken.value, unspoken.holds) == ('files_missing == 0', 1, False)
     (tmp_path / 'rules.yaml').write_text('rules: [frames >= 1, files_missing <= 1]')
     assert main(['gate', str(file), '--rules', str(tmp_path / 'rules.yaml')]) == 0
+
+
+@pytest.mark.parametrize('name', ['lab.mcap', 'lab.db3', 'scans_0.bag'])
+def test_a_file_that_was_renamed_is_read_as_what_it_holds_and_named(tmp_path, rng, name):
+    folder = mcap_folder(tmp_path, scans(rng))
+    (folder / 'scans.mcap').rename(folder / name)
+    topics, logged, warnings, lost = read(folder)
+    assert (topics, len(logged)) == (TOPICS, 10)
+    assert f'{folder / "scans.mcap"} is missing' in warnings[0]
+    assert f'{folder / name} is not named in metadata.yaml; it is read, too' in warnings[1]
+    assert lost == {'files_missing': 1, 'files_extra': 1}
+
+
+@pytest.mark.parametrize('paths', [[], 'scans.mcap', None, {}])
+def test_metadata_that_names_no_file_hides_none(tmp_path, rng, paths):
+    folder = mcap_folder(tmp_path, scans(rng))
+    metadata = yaml.safe_load((folder / 'metadata.yaml').read_text())
+    metadata['rosbag2_bagfile_information']['relative_file_paths'] = paths
+    (folder / 'metadata.yaml').write_text(yaml.safe_dump(metadata))
+    topics, logged, warnings, _ = read(folder)
+    assert (topics, len(logged), len(warnings)) == (TOPICS, 10, 1)
+    assert 'metadata.yaml' in warnings[0]
+
+
+def test_of_several_recordings_that_metadata_does_not_name_none_is_taken(tmp_path, rng):
+    folder = mcap_folder(tmp_path, scans(rng))
+    for name in ('monday', 'tuesday'):
+        write_mcap(folder / f'{name}.mcap', scans(rng, n=1))
+    (folder / 'scans.mcap').unlink()
+    with pytest.raises(UnreadableRecording, match='holds several recordings'):
+        read(folder)
+
+
+def test_a_folder_that_lost_its_files_says_so(tmp_path, rng):
+    folder = mcap_folder(tmp_path, scans(rng))
+    (folder / 'scans.mcap').unlink()
+    with pytest.raises(UnreadableRecording, match='the files that it names are elsewhere'):
+        read(folder)
+
+
+def test_an_empty_file_beside_a_whole_one_is_named_once(tmp_path, rng):
+    folder = mcap_folder(tmp_path, scans(rng))
+    (folder / 'scans_1.mcap').touch()
+    _, logged, (warning,), lost = read(folder)
+    assert len(logged) == 10
+    assert 'scans_1.mcap cannot be read: it is empty' in warning
+    assert lost == {'files_unreadable': 1, 'files_extra': 1}
+
+
+@pytest.mark.parametrize('suffix', ['.mcap.lz4', '.mcap'])
+def test_what_is_compressed_by_lz4_is_read_as_far_as_it_goes(tmp_path, rng, suffix):
+    messages = list(scans(rng, n=8, points=30_000))
+    content = lz4.frame.compress(bare_mcap(tmp_path, messages).read_bytes())
+    path = tmp_path / f'x{suffix}'
+    path.write_bytes(content)
+    assert read(path)[1] == [each[:2] for each in messages]
+    path.write_bytes(content[: len(content) // 2])
+    _, logged, (warning,), _ = read(path)
+    assert 0 < len(logged) < len(messages)
+    assert 'its end is missing' in warning
+    path.write_bytes(content[:20] + bytes(200) + content[220:])
+    with pytest.raises(UnreadableRecording, match='its compression by lz4 is damaged'):
+        read(path)

@@ -1,6 +1,7 @@
 """Channels nobody asked for cannot hurt; what is asked for is read by the standard's types."""
 
 import sqlite3
+import struct
 from contextlib import closing
 
 import numpy as np
@@ -198,3 +199,61 @@ def test_foreign_topics_and_definitions_of_a_db3_change_nothing(tmp_path, rng):
         logged = [each[:2] for each in recording.messages(list(TOPICS))]
     assert logged == [each[:2] for each in messages]
     assert recording.warnings == []
+
+
+def test_messages_that_stand_beside_the_chunks_of_an_indexed_file_are_read(tmp_path, rng):
+    path, messages, channels = tmp_path / 'x.mcap', list(scans(rng, n=6)), {}
+    with path.open('wb') as stream:
+        writer = Writer(stream, compression=CompressionType.NONE)
+        writer.start(profile='')
+        for k, (topic, log_time, message) in enumerate(messages):
+            kind = message.__msgtype__
+            if topic not in channels:
+                id_ = writer.register_schema(kind, 'ros2msg', definition(kind).encode())
+                channels[topic] = writer.register_channel(topic, 'cdr', id_)
+            if k == 10:
+                writer.flush()
+                writer._Writer__chunk_builder = None  # the format lets a writer change its mind
+            raw = bytes(typestore().serialize_cdr(message, kind))
+            writer.add_message(channels[topic], log_time, raw, log_time)
+        writer.finish()
+    with open_recording(path) as recording:
+        logged = [each[:2] for each in recording.messages(recording.topics)]
+        assert logged == [each[:2] for each in messages]
+        assert (recording.warnings, +recording.lost) == ([], {})
+
+
+def test_a_chunk_that_is_of_another_time_than_its_index_tells_is_left_out(tmp_path, rng):
+    messages = list(scans(rng, n=6))
+    path = written(tmp_path / 'x.mcap', messages, enable_crcs=False, chunk_size=5_000)
+    content = bytearray(path.read_bytes())
+    last = messages[-1][1]
+    at = content.rindex(struct.pack('<B', 0x08), 0, content.rindex(struct.pack('<Q', last)))
+    begin = at + 9  # opcode and length, then the earliest log time
+    content[begin : begin + 8] = struct.pack('<Q', last)
+    path.write_bytes(content)
+    with open_recording(path) as recording:
+        times = [each[1] for each in recording.messages(recording.topics)]
+        assert times == sorted(times)
+        assert 0 < len(times) < len(messages)
+        assert 'of before the time that its index tells' in recording.warnings[0]
+        assert recording.lost['chunks_left_out'] == 1
+
+
+def test_types_of_idl_may_be_parted_by_colons(tmp_path, rng):
+    path = tmp_path / 'x.mcap'
+    with path.open('wb') as stream:
+        writer = Writer(stream)
+        writer.start(profile='')
+        channels = {}
+        for topic, log_time, message in scans(rng):
+            kind = message.__msgtype__
+            if topic not in channels:
+                id_ = writer.register_schema(kind.replace('/', '::'), 'omgidl', b'')
+                channels[topic] = writer.register_channel(topic, 'cdr', id_)
+            raw = bytes(typestore().serialize_cdr(message, kind))
+            writer.add_message(channels[topic], log_time, raw, log_time)
+        writer.finish()
+    with open_recording(path) as recording:
+        assert recording.topics == TOPICS
+        assert len(list(recording.messages(recording.topics))) == 10

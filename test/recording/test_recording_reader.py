@@ -80,7 +80,7 @@ def test_a_split_recording_without_metadata_is_read_in_log_order(tmp_path, rng):
         ('nothing.mcap', b'', 'empty'),
         ('garbage.mcap', b'this is no recording at all, yet long enough', 'magic'),
         ('garbage.db3', b'this is no recording at all, yet long enough', 'file is not a database'),
-        ('nothing.db3', b'', 'cannot be read: database missing tables'),
+        ('nothing.db3', b'', 'cannot be read: it is empty'),
         ('garbage.bag', b'this is no recording at all, yet long enough', 'cannot be read'),
         ('nothing.bag', b'', 'cannot be read'),
         ('start.mcap', b'\x89MCAP0\r\n', 'none of its 8 bytes make a message'),
