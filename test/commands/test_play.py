@@ -146,7 +146,7 @@ def test_a_node_without_rclpy_says_what_to_install(name):
     main_of = {'idem_node': 'main', 'idem_lifecycle_node': 'main_managed'}[name]
     code = (
         "import sys; sys.modules['rclpy'] = None; from idem_ros.node import entry;"
-        f'sys.exit(registration_node.{main_of}())'
+        f'sys.exit(entry.{main_of}())'
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert done.returncode == 1
