@@ -162,10 +162,9 @@ def _weak_direction(
     None where all are determined, or several directions are not.
     """
     weak: list[tuple[int, Point]] = []
-    for k in np.flatnonzero(observability.strength < tuning.weak):
-        direction = observability.direction(k)
-        if direction is not None and (not weak or not observability.observable[k]):
-            weak.append((int(k), direction))
+    for k, direction in observability.ways(observability.strength < tuning.weak):
+        if not weak or not observability.observable[k]:
+            weak.append((k, direction))
     return weak[0] if len(weak) == 1 else None
 
 

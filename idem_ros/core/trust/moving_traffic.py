@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Indices, Mask, Point, Points, Transform
+from idem_ros.core.arrays import Floats, Indices, Mask, Point, Points, Transform
 from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls, from_origins
 from idem_ros.core.metric.cloud import Neighbourhoods
@@ -67,9 +67,9 @@ class _Some(NamedTuple):
     balls: Indices  # (n,): whose they are
     each: float  # how many it stands for
 
-    def across(self, way: Point) -> Mask:
-        """Return which of them lie across a way, (3,)."""
-        found: Mask = np.abs(self.normals @ way) > ACROSS
+    def across(self, ways: Floats) -> Mask:
+        """Return which of them lie across a way, (3,): (n,); or across each of (3, d): (n, d)."""
+        found: Mask = np.abs(self.normals @ ways) > ACROSS
         return found
 
 
@@ -125,43 +125,41 @@ def _others(
 ) -> Iterator[_Other]:
     """Yield each pose, a way along which all is held from T, where surfaces coincide apart."""
     size = len(balls.target.order)
+    is_apart: Mask = (agreement.reach == 0.0) | (agreement.q > APART)
     left: list[_Some] = []
     met: list[_Some] = []
-    for cloud, q, members in zip(
-        balls.clouds, np.split(agreement.q, [size]), np.split(agreement.reach, [size]), strict=True
-    ):
-        is_apart: Mask = ((members == 0.0) | (q > APART))[cloud.order]
-        left.append(_some(cloud, np.flatnonzero(is_apart)))
-        met.append(_some(cloud, np.flatnonzero(~is_apart)))
-    for k in np.flatnonzero(observability.observable):
-        way = observability.direction(k)
-        if way is None:
-            continue
-        ways = way, way @ T[:3, :3]
-        here = sum(_number(*each) for each in zip(met, ways, strict=True))
-        apart = sum(_number(*each) for each in zip(left, ways, strict=True))
-        if apart < LEAST * here:
-            continue
+    for cloud, of_points in zip(balls.clouds, (is_apart[:size], is_apart[size:]), strict=True):
+        of_balls = of_points[cloud.order]
+        left.append(_some(cloud, np.flatnonzero(of_balls)))
+        met.append(_some(cloud, np.flatnonzero(~of_balls)))
+    ways = np.array([way for _, way in observability.ways(observability.observable)])
+    ways = ways.reshape(-1, 3)
+    of_each = ways, ways @ T[:3, :3]
+    here, apart = _numbers(met, of_each), _numbers(left, of_each)
+    for k in np.flatnonzero(apart >= LEAST * here):
+        way, of_source = ways[k], of_each[1][k]
         target, source = (some[:2] for some in left)
         slide = slide_along(target, source, T, way, balls.radius, reach)
         if slide.rival > MOST_RIVAL * slide.votes or abs(slide.way) < NEAR * balls.radius:
             continue
-        there = _coincide(balls, left, ways, se3.translation(slide.way * way) @ T)
-        if there >= max(MOSTLY * apart, LEAST * here, LEAST_VOTES):
-            yield _Other(slide.way * way, here, there)
+        there = _coincide(balls, left, (way, of_source), se3.translation(slide.way * way) @ T)
+        if there >= max(MOSTLY * apart[k], LEAST * here[k], LEAST_VOTES):
+            yield _Other(slide.way * way, here[k], there)
 
 
 def _some(cloud: Neighbourhoods, which: Indices) -> _Some:
     """Return the surfaces in a sample of some balls of a cloud."""
     stride = max(len(which) // SAMPLE, 1)
-    which = which[::stride]
-    grid = cloud.grid._replace(points=cloud.grid.points[which])
-    places, normals, found = own_surfaces(cloud._replace(grid=grid, own=cloud.own[which]), SURFACE)
-    return _Some(places, normals, which[found], float(stride))
+    return _Some(*own_surfaces(cloud, SURFACE, which[::stride]), float(stride))
 
 
-def _number(some: _Some, way: Point) -> float:
-    return some.each * float(np.count_nonzero(some.across(way)))
+def _numbers(of_both: list[_Some], ways: tuple[Points, Points]) -> Floats:
+    """Return how many surfaces lie across each of ways, (d, 3) in either cloud's axes: (d,)."""
+    target, source = (
+        some.each * some.across(each.T).sum(axis=0)
+        for some, each in zip(of_both, ways, strict=True)
+    )
+    return target + source
 
 
 def _coincide(balls: Balls, left: list[_Some], ways: tuple[Point, Point], T: Transform) -> float:

@@ -10,7 +10,7 @@ a surface, in both clouds alike. Such a ball holds a line, and has no normal. Wh
 wider balls are asked, too, which reach from ring to ring.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,6 @@ import numpy as np
 from idem_ros.core.arrays import (
     Floats,
     Indices,
-    Integer,
     Mask,
     Matrix3,
     Matrix6,
@@ -74,10 +73,16 @@ class Observability(NamedTuple):
         """The motions (6, k) that are not."""
         return self.motions[:, ~self.observable]
 
-    def direction(self, k: Integer) -> Point | None:
-        """Return the way, (3,) of unit length, that the k-th motion moves all; None: it turns."""
-        turn, move = np.split(np.linalg.solve(self.units, self.motions[:, k]), 2)
-        return None if turn @ turn > MOST_TURN else move / np.linalg.norm(move)
+    def ways(self, among: Mask) -> Iterator[tuple[int, Point]]:
+        """Yield which of some motions, (6,), move all, and the way, (3,) of unit length.
+
+        The others turn.
+        """
+        some = np.flatnonzero(among)
+        scaled = np.linalg.solve(self.units, self.motions[:, some])
+        for k, (turn, move) in zip(some, scaled.T.reshape(-1, 2, 3), strict=True):
+            if turn @ turn <= MOST_TURN:
+                yield int(k), move / np.sqrt(move @ move)
 
     def without(self, direction: Point) -> 'Observability':
         """Return the same, but the motion that is most along a direction, (3,), is not held."""

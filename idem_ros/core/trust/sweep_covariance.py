@@ -91,10 +91,7 @@ def _of_bends(sweep: Sweep, T: Transform, observability: Observability) -> Matri
     if sweep.given is not None or sweep.twist is None:
         return total
     theta = T[:3, :3] @ sweep.twist[:3] * (sweep.end - sweep.begin)
-    for k in np.flatnonzero(~observability.observable):
-        way = observability.direction(k)
-        if way is None:
-            continue
+    for _, way in observability.ways(~observability.observable):
         bow = np.cross(theta, way) / BOW
         turn, aside = np.cross(way, bow), observability.lever_arm * bow
         total[:3, :3] += np.outer(turn, turn)

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Indices, Integers, Point, Points, Transform
-from idem_ros.core.geometry import se3
-from idem_ros.core.jit import kernel
+from idem_ros.core.arrays import Floats, Integers, Point, Points, Transform
+from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.trust.surfaces import ACROSS
 
 ALIKE = 0.8  # least cosine between two normals
@@ -131,28 +130,21 @@ def _votes(
     count: int,
 ) -> Floats:
     """Return the votes (count, 2 K + 1) for each way, of surfaces of each part of the source."""
-    (radius, farthest), (places, normals, parts) = reach, source
-    placed = se3.transform_points(T_target_source, places), normals @ T_target_source[:3, :3].T
-    here, more, _ = _across(*target, direction)
-    there, more_there, some = _across(*placed, direction)
+    radius, farthest = reach
     width = BIN * radius
     votes = np.zeros((count, 2 * int(min(np.ceil(farthest / width), MOST_WAYS)) + 1))
-    _vote(here, (there, parts[some]), np.ascontiguousarray(direction), radius, width, votes)
-    return more * more_there * votes
-
-
-def _across(points: Points, normals: Points, direction: Point) -> tuple[Floats, float, Indices]:
-    """Return surfaces across a direction: place and normal (n, 6), what each stands for, which."""
-    across = np.flatnonzero(np.abs(normals @ direction) > ACROSS)
-    some = across[:: max(len(across) // MOST, 1)]
-    return np.hstack([points[some], normals[some]]), len(across) / max(len(some), 1), some
+    of_pose = np.ascontiguousarray(T_target_source), np.ascontiguousarray(direction)
+    here = np.ascontiguousarray(target[0]), np.ascontiguousarray(target[1])
+    there = np.ascontiguousarray(source[0]), np.ascontiguousarray(source[1]), source[2]
+    _vote(here, there, of_pose, radius, width, votes)
+    return votes
 
 
 @kernel
 def _vote(
-    here: Floats,
-    source: tuple[Floats, Integers],
-    u: Point,
+    target: tuple[Points, Points],
+    source: tuple[Points, Points, Integers],
+    of_pose: tuple[Transform, Point],
     radius: float,
     width: float,
     votes: Floats,
@@ -161,8 +153,9 @@ def _vote(
 
     In the row of its part.
     """
-    middle = votes.shape[1] // 2
-    there, part = source
+    (T, u), (places, normals, part), middle = of_pose, source, votes.shape[1] // 2
+    here, _, more = _across(target[0], target[1], np.eye(4), u)
+    there, some, more_there = _across(places, normals, T, u)
     a: Floats
     b: Floats
     for i in range(len(here)):
@@ -180,4 +173,31 @@ def _vote(
             k = int(np.floor(way / width + 0.5)) + middle
             if abs(way - along) < radius and 0 <= k < votes.shape[1]:
                 hb = b[3] * u[0] + b[4] * u[1] + b[5] * u[2]
-                votes[part[j], k] += abs(ha * hb)
+                votes[part[some[j]], k] += more * more_there * abs(ha * hb)
+
+
+@inlined
+def _across(
+    places: Points, normals: Points, T: Transform, u: Point
+) -> tuple[Floats, Integers, float]:
+    """Return surfaces across u, moved by T: place and normal (n, 6), which, what each stands for.
+
+    T: (4, 4) to the frame of u.
+    """
+    which, count = np.empty(len(places), np.int64), 0
+    for i in range(len(places)):
+        along = 0.0
+        for k in range(3):
+            for c in range(3):
+                along += u[k] * T[k, c] * normals[i, c]
+        which[count] = i
+        count += abs(along) > ACROSS
+    which = which[: count : max(count // MOST, 1)]
+    rows = np.empty((len(which), 6))
+    for n in range(len(which)):
+        for k in range(3):
+            rows[n, k], rows[n, 3 + k] = T[k, 3], 0.0
+            for c in range(3):
+                rows[n, k] += T[k, c] * places[which[n], c]
+                rows[n, 3 + k] += T[k, c] * normals[which[n], c]
+    return rows, which, count / max(len(which), 1)

@@ -126,6 +126,20 @@ def test_unit_motions_move_points_at_the_arm_by_one(rng):
         assert np.linalg.norm(moved) == pytest.approx(1.0)
 
 
+def test_motions_that_turn_have_no_way_and_the_others_move_all_along_theirs():
+    case = bare_case('box in corridor', 0)
+    clouds = Cloud(case.target), Cloud(case.source)
+    found = observability_of(joint_entropy(*clouds, 0.4), between_origins(*clouds, case.truth))
+    ways = dict(found.ways(np.ones(6, bool)))
+    assert len(ways) == 3
+    for k, way in ways.items():
+        assert np.linalg.norm(way) == pytest.approx(1.0)
+        assert found.most_along(way) == k
+    held = found.observable & (np.arange(6) != min(ways))
+    assert dict(found.ways(held)).keys() == ways.keys() & set(np.flatnonzero(held))
+    assert not list(found.ways(np.zeros(6, bool)))
+
+
 def test_the_normal_is_the_axis_of_least_spread_and_no_other(rng):
     for spread in ((4.0, 3.0, 0.1), (9.0, 1.5, 0.001)):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]

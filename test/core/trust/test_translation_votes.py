@@ -2,8 +2,21 @@
 
 import numpy as np
 import pytest
+from clouds import motion
 
-from idem_ros.core.trust.translation_votes import MOST_WAYS, PARTS, Slide, slide_along, smear_along
+from idem_ros.core.geometry import se3
+from idem_ros.core.trust.surfaces import ACROSS
+from idem_ros.core.trust.translation_votes import (
+    ALIKE,
+    BIN,
+    BLUR,
+    MOST,
+    MOST_WAYS,
+    PARTS,
+    Slide,
+    slide_along,
+    smear_along,
+)
 
 AHEAD = np.array([1.0, 0.0, 0.0])
 RADIUS = 0.5
@@ -47,6 +60,43 @@ def test_what_has_votes_everywhere_rises_little_but_at_its_most():
     found = Slide(0.1 * (150 - 200), 100.0, 90.0, votes, 0.1)
     assert found.rises(10.0, 0.1, 5.0) == pytest.approx(0.75)
     assert found.rises(3.0, 0.1, 5.0) == 0.0
+
+
+def votes_one_by_one(target, source, T, direction, reach):
+    """The votes for each way, of pairs in turn."""
+    half = int(np.ceil(reach / (BIN * RADIUS)))
+    votes = np.zeros(2 * half + 1)
+    moved = se3.transform_points(T, source[0]), source[1] @ T[:3, :3].T
+    both = []
+    for places, normals in (target, moved):
+        across = np.flatnonzero(np.abs(normals @ direction) > ACROSS)
+        some = across[:: max(len(across) // MOST, 1)]
+        both.append((places[some], normals[some], len(across) / len(some)))
+    (here, here_normals, each), (there, there_normals, each_there) = both
+    for a, n in zip(here, here_normals, strict=True):
+        apart, along = a - there, (a - there) @ direction
+        beside = np.linalg.norm(apart - along[:, None] * direction, axis=1)
+        way = apart @ n / (n @ direction)
+        bins = np.floor(way / (BIN * RADIUS) + 0.5).astype(int) + half
+        counts = (there_normals @ n >= ALIKE) & (beside <= RADIUS)
+        counts &= (np.abs(way - along) < RADIUS) & (bins >= 0) & (bins < len(votes))
+        weight = np.abs((n @ direction) * (there_normals @ direction))
+        np.add.at(votes, bins[counts], each * each_there * weight[counts])
+    return np.convolve(votes, BLUR, 'same')
+
+
+@pytest.mark.parametrize('many', [300, 2 * MOST + 1])
+def test_every_pair_of_surfaces_across_the_way_votes(rng, many):
+    def strewn(count):
+        normals = rng.normal(size=(count, 3)) * (2.0, 1.0, 1.0)
+        return 3.0 * rng.random((count, 3)), normals / np.linalg.norm(normals, axis=1)[:, None]
+
+    target, source = strewn(200), strewn(many)
+    T, direction = motion(rng, 10.0, 0.5), se3.exp(rng.normal(size=6) / 5)[:3, 0]
+    found = slide_along(target, source, T, direction, RADIUS, 4.0)
+    expected = votes_one_by_one(target, source, T, direction, 4.0)
+    np.testing.assert_allclose(found.of_each, expected, rtol=1e-9, atol=1e-9)
+    assert found.votes > 1.0
 
 
 def test_the_ways_of_clouds_of_any_extent_are_bounded():
