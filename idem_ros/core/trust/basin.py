@@ -50,8 +50,10 @@ def gauge(balls: Balls, T_target_source: Transform, T_guess: Transform, way: flo
 def way_between(balls: Balls, T_target_source: Transform, T_guess: Transform) -> float:
     """Return how far the surfaces move from one pose to the other, over the radius."""
     twist = se3.log(T_guess @ se3.inverse(T_target_source))
-    moved = np.linalg.norm(np.linalg.solve(_units(balls, T_target_source), twist))
-    return float(moved / balls.radius)
+    middle, arm = middle_and_arm(balls, T_target_source)
+    turn = twist[:3]
+    move = twist[3:] - se3.skew(middle) @ turn  # of the middle: v + omega x m
+    return float(np.sqrt(arm**2 * (turn @ turn) + move @ move)) / balls.radius
 
 
 def _units(balls: Balls, T_target_source: Transform) -> Matrix6:

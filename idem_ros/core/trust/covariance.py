@@ -37,9 +37,9 @@ def covariance_of(
         in_common: as in `TrustTuning`.
     """
     matrix = regions.total.matrix
-    held, free = firm_and_loose(observability.held, matrix)
+    held, moved, free = firm_and_loose(observability.held, matrix)
     free = np.concatenate([observability.free, free], axis=1)
-    firm, roots = stiff_and_curved(cost, T_target_source, held, observability)
+    firm, roots = stiff_and_curved(cost, T_target_source, held, moved)
     wider = _widening(held, regions.ruled, in_common) @ matrix
     scatter = wider @ scatter_of(regions.pulls, regions.stiffness, firm, roots) @ wider.T
     units = observability.held
@@ -58,7 +58,7 @@ def _widening(held: Twists, ruled: Matrix6, in_common: float) -> Matrix6:
     held: (6, k) motions of unit stiffness.
     """
     share, axes = np.linalg.eigh(held.T @ ruled @ held)
-    share = np.clip(share, 0.0, MOST_RULED)
+    share = np.minimum(np.maximum(share, 0.0), MOST_RULED)
     along = held @ axes
     return along * np.sqrt(1.0 + in_common * share**2 / (1.0 - share)) @ along.T
 
@@ -76,14 +76,17 @@ def scatter_of(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) ->
     return roots @ _jackknifed(shares, along) @ roots.T
 
 
-def firm_and_loose(held: Twists, matrix: Floats) -> tuple[Twists, Twists]:
-    """Return motions (n, k) of unit stiffness, of those held, and those without any.
+def firm_and_loose(held: Twists, matrix: Floats) -> tuple[Twists, Floats, Twists]:
+    """Return motions (n, k) of unit stiffness, how far each moves surfaces, and those without any.
 
-    matrix: (n, n) stiffness.
+    Args:
+        held: (n, m) motions that move surfaces by 1.
+        matrix: (n, n) stiffness.
     """
     stiffness, axes = np.linalg.eigh(held.T @ matrix @ held)
-    firm = stiffness > LEAST_STIFFNESS * stiffness.max(initial=0.0)
-    return held @ axes[:, firm] / np.sqrt(stiffness[firm]), held @ axes[:, ~firm]
+    firm = stiffness > LEAST_STIFFNESS * np.maximum(stiffness[-1:], 0.0)  # the greatest, if any
+    moved = 1.0 / np.sqrt(stiffness[firm])
+    return held @ axes[:, firm] * moved, moved, held @ axes[:, ~firm]
 
 
 @kernel

@@ -11,7 +11,6 @@ from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.cost import JointEntropy
 from idem_ros.core.solve.linearization import NOT_MET, linearize
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
-from idem_ros.core.trust.observability import Observability
 
 SAMPLE = 160  # centres of each cloud, about, that it is taken from
 STEP = 0.02  # of the radius: between gradients; within the pairs' skin far beyond the arm, too
@@ -19,34 +18,37 @@ LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
 
 
 def stiff_and_curved(
-    cost: JointEntropy, T_target_source: Transform, held: Twists, observability: Observability
+    cost: JointEntropy, T_target_source: Transform, held: Twists, moved: Floats
 ) -> tuple[Twists, Twists]:
     """Return motions (6, k) in which the whole stiffness is the identity, and the curvature is.
 
-    held: (6, k) motions of unit stiffness.
+    Args:
+        cost: that of the last stage.
+        T_target_source: (4, 4) where.
+        held: (6, k) motions of unit stiffness.
+        moved: (k,) how far each moves the surfaces.
     """
-    part, axes = _curvature(cost, T_target_source, held, observability)
+    part, axes = _curvature(cost, T_target_source, held, moved)
     firm = held @ axes
     return firm, firm / np.sqrt(part)
 
 
 def _curvature(
-    cost: JointEntropy, T: Transform, held: Twists, observability: Observability
+    cost: JointEntropy, T: Transform, held: Twists, moved: Floats
 ) -> tuple[Floats, Floats]:
     """Return the curvature over the majoriser's along axes (k, k) of the held motions, (k,).
 
     The majoriser is wider than the cost: by how much, a sample of the centres tells.
     """
-    moved: Floats = np.linalg.norm(np.linalg.solve(observability.units, held), axis=0)
     steps = STEP * cost.balls.radius / moved
     pulls, stiffness = _sampled(cost, T, (steps * held).T)
     change: Floats = (pulls[1:] - pulls[:1]) / steps[:, None]
-    sampled = held.T @ stiffness @ held
-    firmness = np.linalg.eigvalsh(sampled)
-    if (firmness <= LEAST_STIFFNESS * firmness.max(initial=0.0)).any():  # it met not all surfaces
-        return np.ones(len(sampled)), np.eye(len(sampled))
-    part, axes = np.linalg.eigh(_symmetric(np.linalg.solve(sampled, change @ held)))
-    return np.clip(part, LEAST_CURVATURE, MOST_CURVATURE), axes
+    firmness, along = np.linalg.eigh(held.T @ stiffness @ held)  # in rising order
+    if len(firmness) == 0 or firmness[0] <= LEAST_STIFFNESS * max(firmness[-1], 0.0):
+        return np.ones(len(firmness)), np.eye(len(firmness))  # it met not all surfaces
+    inverse = along / firmness @ along.T
+    part, axes = np.linalg.eigh(_symmetric(inverse @ (change @ held)))
+    return np.minimum(np.maximum(part, LEAST_CURVATURE), MOST_CURVATURE), axes
 
 
 def _symmetric(matrix: NDArray[np.floating[Any]]) -> Floats:

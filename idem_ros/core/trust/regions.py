@@ -57,20 +57,20 @@ def by_region(
     balls, T = cost.balls, np.ascontiguousarray(T_target_source)
     groups, places = groups_of(balls, T, observability, WHOLE)
     count = 2 * len(places)
-    sums = np.zeros((2, count, SUMS))
-    what, of_sides = (balls.sides(T), tuple(met), T[None], cost.ball_cost), tuple(sums[:, None])
+    sums = np.zeros((2, 2, len(places), SUMS))  # of either cloud, and of surfaces and lines
+    of_sides = tuple(sums.reshape(2, 1, count, SUMS))
+    what = balls.sides(T), tuple(met), T[None], cost.ball_cost
     in_threads(
         balls.workers,
         lambda share: linearize(*what, share, groups, of_sides),
         dealt_out(groups, count, balls.workers),
     )
-    lines = sums[:, 1::2]
-    of_regions = sums[:, ::2] + lines
-    more = [each.sum(axis=1, keepdims=True) for each in (lines, of_regions)]
-    here, there = np.concatenate([of_regions, *more], axis=1)
-    _, pulls, stiffness = of_both(here[None], there[None], T[None])
-    total = Linearization(pulls[-1], stiffness[-1])
-    return Regions(pulls[:-2], stiffness[:-2], places, stiffness[-2], total)
+    here, there = sums
+    _, pulls, stiffness = of_both(here, there, T[None])
+    here, there = sums[:, 1:].sum(axis=2, keepdims=True)
+    _, _, (ruled,) = of_both(here, there, T[None])
+    total = Linearization(pulls.sum(axis=0), stiffness.sum(axis=0))
+    return Regions(pulls, stiffness, places, ruled, total)
 
 
 def groups_of(
@@ -78,7 +78,7 @@ def groups_of(
 ) -> tuple[tuple[Integers, Integers], Points]:
     """Return which group each of the target's centres is in, and each of the source's.
 
-    Twice the number of its region, 0 to G - 1, and one more where its ball holds a line.
+    The number of its region, 0 to G - 1, and G more where its ball holds a line.
 
     Args:
         balls: `Balls` whose centres they are.
@@ -127,5 +127,5 @@ def _grouped(
             n += 1
     for group in groups:
         for i in range(len(group)):
-            group[i] = 2 * number[group[i] // 2] + group[i] % 2
+            group[i] = number[group[i] // 2] + n * (group[i] % 2)
     return groups[0], groups[1], sums[:n].copy()

@@ -59,12 +59,12 @@ def told_by_residuals(
         return '', np.zeros((6, 6))
     sensor, R = se3.transform_points(T, -origin), np.ascontiguousarray(T[:3, :3])
     pulls, stiffness, places = regions[:3]
-    away, turn, by_sector, grown, sums = _about_sensor(pulls, stiffness, places, sensor, R)
+    away, turn, sectors, grown, sums = _about_sensor(pulls, stiffness, places, sensor, R)
     regions = regions._replace(places=away)
     # what grows may seem to turn, too, what turns hardly grows
     if _is_growing(regions, grown, sums, held, radius):
         return GROWING, np.zeros((6, 6))
-    if (by_sector > A_LITTLE * by_sector.mean()).sum() < ALL_AROUND:
+    if sectors < ALL_AROUND:
         return '', np.zeros((6, 6))
     half = SHORT / 2 * _turning(regions, turn, held, radius)
     return TURNING if half.any() else '', np.outer(half, half)
@@ -142,7 +142,7 @@ def _is_growing(
 @kernel
 def _about_sensor(
     pulls: Floats, stiffness: Floats, places: Points, sensor: Point, R: RotationMatrix
-) -> tuple[Points, Floats, Floats, Twist, tuple[float, float, float]]:
+) -> tuple[Points, Floats, int, Twist, tuple[float, float, float]]:
     """Return how G regions lie about a sensor, and what they pull where all grow about it.
 
     Args:
@@ -151,10 +151,10 @@ def _about_sensor(
         R: (3, 3) its axes there.
 
     Returns:
-        Places (G, 3) from the sensor; their azimuths (G,), 0 to 1; how firmly those of each
-        sector hold against a translation; the sum of S p, S the stiffness and p the place as a
-        translation; the sums of p^T S p and p^T g, and the mean square of p, by how firmly each
-        holds.
+        Places (G, 3) from the sensor; their azimuths (G,), 0 to 1; how many sectors hold firmly
+        enough against a translation that surfaces meet there; the sum of S p, S the stiffness and
+        p the place as a translation; the sums of p^T S p and p^T g, and the mean square of p, by
+        how firmly each holds.
     """
     away, turn, by_sector = np.empty(places.shape), np.empty(len(places)), np.zeros(SECTORS)
     grown, total, firm, pull, squares = np.zeros(6), 0.0, 0.0, 0.0, 0.0
@@ -176,7 +176,11 @@ def _about_sensor(
                 grown[i] += stiffness[g, i, 3 + j] * p
             for i in range(3):
                 firm += away[g, i] * stiffness[g, 3 + i, 3 + j] * p
-    return away, turn, by_sector, grown, (firm, pull, squares / total)
+    sectors = 0
+    for weight in by_sector:
+        if weight > A_LITTLE * total / SECTORS:
+            sectors += 1
+    return away, turn, sectors, grown, (firm, pull, squares / total)
 
 
 @kernel

@@ -37,8 +37,9 @@ def by_region_in_motion(
     """
     of_kinds, places = groups_of(cost.balls, T, observability, PERIOD)
     times = moving.times_of_centres(T, TIMES)
-    groups = tuple(TIMES * (g // 2) + time for g, time in zip(of_kinds, times, strict=True))
-    count = TIMES * len(places)
+    regions = len(places)
+    groups = tuple(TIMES * (g % regions) + time for g, time in zip(of_kinds, times, strict=True))
+    count = TIMES * regions
     turns = tuple(in_turn(group, count) for group in groups)
     sums = tuple(np.zeros((2, 1, count, SUMS)))
     linearize(cost.balls.sides(T), NOT_MET, T[None], cost.ball_cost, turns, groups, sums)
@@ -103,11 +104,11 @@ def _of_two_poses(
     regions: Linearization, cost: JointEntropy, T: Transform, observability: Observability
 ) -> Floats:
     """Return the (12, 12) covariance of twists (omega, v) on the left of the two poses."""
-    of_one, _ = firm_and_loose(observability.held, of_common_twist(regions).matrix)
-    firm, roots = stiff_and_curved(cost, T, of_one, observability)
+    of_one, moved, _ = firm_and_loose(observability.held, of_common_twist(regions).matrix)
+    firm, roots = stiff_and_curved(cost, T, of_one, moved)
     softer = of_each_pose(roots @ np.linalg.pinv(firm))
     units = of_each_pose(observability.held)
-    held, loose = firm_and_loose(units, regions.matrix.sum(axis=0))
+    held, _, loose = firm_and_loose(units, regions.matrix.sum(axis=0))
     loose = np.concatenate([of_each_pose(observability.free), loose], axis=1)
     scatter = scatter_of(regions.gradient, regions.matrix, held, softer @ held)
     floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T

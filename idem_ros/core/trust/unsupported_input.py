@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Points, Transform
+from idem_ros.core.geometry.symmetric3 import adjugate, determinant, trace
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.trust.agreement import Agreement
@@ -21,6 +22,7 @@ COARSE = (
 MOST_VOLUMES = 0.5  # of the balls: more, and no surface is seen
 FLOAT32_STEP = 2.0**-23  # of a number: the coarsest that float32 rounds it to
 FEW, SAMPLE = 64, 1000  # points, about
+CANCELLED = 1e-9  # of the cube of the trace: what rounding leaves of a determinant is far less
 
 
 def out_of_scope(target: Cloud, source: Cloud, radius: float) -> str:
@@ -81,15 +83,28 @@ def _filled_volume(balls: Balls) -> str:
 
 
 def _is_flat(points: Points, thickness: float) -> bool:
-    for count in (FEW, SAMPLE):  # of a few already the best plane tells that others are none
-        sample = points[:: max(len(points) // count, 1)]
-        middle = sample.mean(axis=0)
-        away = sample - middle
-        squares, axes = np.linalg.eigh(away.T @ away)
-        if squares[0] > len(sample) * thickness**2:
-            return False
+    few = points[:: max(len(points) // FEW, 1)]  # already the best plane of these may tell
+    if _surely_spreads(few, thickness):
+        return False
+    sample = _sampled(points)
+    middle = sample.mean(axis=0)
+    away = sample - middle
+    _, axes = np.linalg.eigh(away.T @ away)
     off: Floats = (points - middle) @ axes[:, 0]
     return bool((np.abs(off) <= thickness).all())
+
+
+def _surely_spreads(points: Points, thickness: float) -> bool:
+    """Whether no plane is as near to all points (N, 3) as the thickness.
+
+    Of their scatter det over the sum of principal minors is at most the least eigenvalue, which
+    of points that near to a plane is N thickness^2 at most.
+    """
+    away = points - points.mean(axis=0)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (away.T @ away).tolist()
+    s = xx, xy, xz, yy, yz, zz
+    least = len(points) * thickness**2 * trace(adjugate(s))
+    return determinant(s) > max(least, CANCELLED * trace(s) ** 3)
 
 
 def _coarsest_axis(cloud: Cloud, tolerated: float) -> tuple[str, float]:

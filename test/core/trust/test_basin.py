@@ -9,6 +9,7 @@ from idem_ros.core.metric.landscape import Landscape
 from idem_ros.core.trust.basin import FIRST, confidence, gauge, way_between
 from idem_ros.core.trust.constraining_surfaces import Holders
 from idem_ros.core.trust.contrast import contrasts_along, mean_contrast, sums_at_each
+from idem_ros.core.trust.observability import middle_and_arm, unit_motions
 
 
 @pytest.fixture
@@ -20,6 +21,14 @@ def clouds(rng):
 def truth(clouds):
     """Between the clouds' origins."""
     return se3.translation(clouds[1].origin - clouds[0].origin)
+
+
+def test_the_way_is_how_far_the_motion_between_two_poses_moves_the_surfaces(rng, clouds, truth):
+    balls, off = Balls(*clouds, 0.25), motion(rng, 20.0, 0.5)
+    middle, arm = middle_and_arm(balls, truth)
+    in_units = np.linalg.solve(unit_motions(middle, np.eye(3) / arm), se3.log(off))
+    found = way_between(balls, truth, off @ truth)
+    assert found == pytest.approx(np.linalg.norm(in_units) / 0.25, rel=1e-9)
 
 
 def test_sums_are_those_of_the_landscape_where_every_point_is_taken(rng, clouds):

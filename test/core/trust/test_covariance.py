@@ -4,7 +4,7 @@ from clouds import surface
 from costs import normal_balance
 
 from idem_ros.core import Cloud
-from idem_ros.core.trust.covariance import LEVERAGE, covariance_of, scatter_of
+from idem_ros.core.trust.covariance import LEVERAGE, covariance_of, firm_and_loose, scatter_of
 from idem_ros.core.trust.observability import observability_of
 from idem_ros.core.trust.regions import by_region
 
@@ -33,6 +33,18 @@ def at_the_minimum(rng):
     observability = observability_of(cost, T)
     met = [side.moments for side in cost.balls.agreement(T, 0.3)]
     return cost, T, observability, by_region(cost, T, observability, met)
+
+
+def test_firm_motions_have_unit_stiffness_and_say_how_far_they_move_the_surfaces(at_the_minimum):
+    *_, observability, regions = at_the_minimum
+    matrix = regions.total.matrix
+    firm, moved, loose = firm_and_loose(observability.held, matrix)
+    np.testing.assert_allclose(firm.T @ matrix @ firm, np.eye(6), atol=1e-9)
+    found = np.linalg.norm(np.linalg.solve(observability.units, firm), axis=0)
+    np.testing.assert_allclose(moved, found, rtol=1e-9)
+    assert loose.shape == (6, 0)
+    none = firm_and_loose(observability.held[:, :0], matrix)
+    assert [each.shape[-1] for each in none] == [0, 0, 0]
 
 
 def test_half_the_pulls_leave_half_the_deviations(at_the_minimum):

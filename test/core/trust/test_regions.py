@@ -21,7 +21,7 @@ def test_regions_are_cubes_in_the_targets_frame_that_repeat(rng, period):
     points = np.vstack([target, se3.transform_points(T, source)])
     cells = np.floor(points / edge).astype(int) % period
     _, number = np.unique(cells[:, ::-1], axis=0, return_inverse=True)
-    region, line = np.divmod(np.concatenate(groups), 2)
+    line, region = np.divmod(np.concatenate(groups), len(places))
     np.testing.assert_array_equal(region, number.ravel())
     own = np.vstack([cloud.own for cloud in cost.balls.clouds])
     np.testing.assert_array_equal(line, [is_line(row) for row in own])
