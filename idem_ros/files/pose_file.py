@@ -1,6 +1,6 @@
 """Poses as text: one or several, as matrices, TUM lines, or the vertices of a .g2o."""
 
-import re
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from idem_ros.core.exceptions import IdemError, InvalidTransform
 from idem_ros.core.geometry.se3 import checked_transform, inverse
 from idem_ros.files.atomic_file import replacing
-from idem_ros.files.text_lines import numbered_lines, text_of
+from idem_ros.files.pose_rows import TUM_NUMBERS, UnorderedPose, as_number, rows_of_poses
 from idem_ros.files.unreadable import UnreadableCloud, refuse_special
 from idem_ros.messages.transform_message import matrix_from, translation_and_quaternion
 
@@ -16,9 +16,11 @@ EXPECTED = (
     'a 4x4 matrix or its first three rows, in rows or in one line, or one line t x y z qx qy qz qw'
 )
 LARGEST = 1 << 20  # [bytes]; more is no pose
-DECIMAL = re.compile(r'[+-]?\d+(,\d+)?([eE][+-]?\d+)?$')
-W_FIRST = re.compile(r'\bq\w*w\b.*\bq\w*x\b', re.IGNORECASE)  # as EuRoC has it
 SHOWN = 60  # characters of a line in a message
+UNIT_LENGTH = 0.01  # of a quaternion: how far off it is by few digits
+ABOUT_X = 0.96  # of the x axis that a rotation about x, or nearly, keeps of itself
+
+logger = logging.getLogger(__name__)
 
 SUFFIXES = {'.g2o': 'g2o', '.mat': 'matrix', '.tum': 'tum', '.txt': 'tum'}
 LARGEST_LIST = 1 << 28  # [bytes]; a million poses have less
@@ -53,11 +55,14 @@ def read_pose(path):
     try:
         with path.open('rb') as stream:
             content = stream.read(LARGEST)
-        numbers = [_numbers(line) for line in lines_of_poses(content)]
-        return checked_transform(_matrix(numbers), 'the matrix')
+        numbers = [_numbers(row) for row in rows_of_poses(content)[0]]
+        pose = checked_transform(_matrix(numbers), 'the matrix')
+        if len(numbers[0]) == TUM_NUMBERS:
+            note_half_turns(path, pose[None])
+        return pose
     except OSError as error:
         raise UnreadablePose(f'{path} cannot be read: {error.strerror or error}') from error
-    except (UnreadablePose, UnreadableCloud) as error:
+    except (UnreadablePose, UnorderedPose, UnreadableCloud) as error:
         raise UnreadablePose(f'{path} is no pose; it must hold {EXPECTED}: {error}') from error
     except IdemError as error:
         raise type(error)(f'{path}: {error}') from error
@@ -83,47 +88,49 @@ def tum_line(stamp, transform):
     return f'{seconds}.{nanoseconds:09d} {numbers}\n'
 
 
-def lines_of_poses(content):
-    """Return (number, line) of each line of a text, in bytes, that is no comment.
+def note_half_turns(path, poses):
+    """Say where quaternions look as if w came first: each turns about x, and one by far.
+
+    poses: (N, 4, 4), of quaternions; that of a vehicle, with w first, is (cos, 0, 0, sin).
+    """
+    poses = np.asarray(poses)
+    cosines = (poses[:, 1, 1] + poses[:, 2, 2]) / 2.0
+    if (poses[:, 0, 0] > ABOUT_X).all() and (cosines < 0.0).any():
+        logger.warning(
+            '%s: its quaternions are read as turns about x by more than 90 deg; where w comes '
+            'first in it, it must come last: 0 0 0 1 is no turn',
+            path,
+        )
+
+
+def quaternion_pose(numbers):
+    """Return the (4, 4) pose of x y z qx qy qz qw.
 
     Raises:
-        UnreadablePose: a comment says that quaternions begin with w.
-        UnreadableCloud: it is no text.
+        InvalidTransform: it is not finite, or the quaternion has not the length 1 of a rotation.
     """
-    lines, comments = numbered_lines(text_of(content))
-    for number, comment in comments:
-        if W_FIRST.search(comment):
-            raise UnreadablePose(
-                f'line {number} ({comment[:SHOWN]!r}) has qw before qx; the order must be '
-                'qx qy qz qw'
-            )
-    return lines
-
-
-def words_of(line):
-    """Split a line at blanks, or at commas or semicolons with blanks about them.
-
-    Where blanks or semicolons part what a comma would part once more, it is the decimal sign.
-    """
-    bare = line.strip(' \t,;')
-    words = re.split(r'[ \t]*;[ \t]*|[ \t]+', bare)
-    if len(words) > 1 and ',' in bare and all(map(DECIMAL.match, words)):
-        return [word.replace(',', '.') for word in words]
-    return [word.strip() for word in re.split(r'[ \t]*[,;][ \t]*|[ \t]+', bare)]
+    pose = matrix_from(numbers[:3], numbers[3:])
+    length = float(np.linalg.norm(numbers[3:]))
+    if abs(length - 1.0) > UNIT_LENGTH:
+        raise InvalidTransform(
+            f'the quaternion (x, y, z, w) is {numbers[3:]}, of length {length:.3g}; it must have '
+            'length 1'
+        )
+    return pose
 
 
 def _numbers(row):
-    number, line = row
+    line, words = row
     try:
-        return [float(word) for word in words_of(line)]
+        return [as_number(word) for word in words]
     except ValueError as error:
-        raise UnreadablePose(f'line {number} is {line[:SHOWN]!r}') from error
+        raise UnreadablePose(f'line {line} is {" ".join(words)[:SHOWN]!r}') from error
 
 
 def _matrix(rows):
     lengths = [len(row) for row in rows]
-    if lengths == [8]:
-        return matrix_from(rows[0][1:4], rows[0][4:])
+    if lengths == [TUM_NUMBERS]:
+        return quaternion_pose(rows[0][1:])
     if lengths in ([12], [16], [4] * 3, [4] * 4):
         matrix = np.concatenate([np.ravel(row) for row in rows]).reshape(-1, 4)
         return matrix if len(matrix) == 4 else np.vstack([matrix, (0.0, 0.0, 0.0, 1.0)])
@@ -144,10 +151,12 @@ def read_poses(path, count):
     try:
         with path.open('rb') as stream:
             content = stream.read(LARGEST_LIST)
-        lines = [(number, words_of(line)) for number, line in lines_of_poses(content)]
+        lines, _ = rows_of_poses(content)
         is_graph = path.suffix.lower() == '.g2o' or any(words[0] == VERTEX for _, words in lines)
         found = _vertices(lines) if is_graph else _matrices(lines)
         poses = [checked_transform(T, f'pose {k}') for k, T in enumerate(found)]
+        if poses and not is_graph and len(lines) == len(poses) and len(lines[0][1]) == TUM_NUMBERS:
+            note_half_turns(path, poses)
     except OSError as error:
         raise UnreadablePose(f'{path} cannot be read: {error.strerror or error}') from error
     except UnreadableCloud as error:
@@ -207,7 +216,7 @@ def _vertices(lines):
     for number, words in lines:
         if words[0] == VERTEX:
             values = _numbers_in(number, words[1:], (8,))
-            found[values[0]] = matrix_from(values[1:4], values[4:])
+            found[values[0]] = quaternion_pose(values[1:])
     return [found[key] for key in sorted(found)]
 
 
@@ -225,7 +234,7 @@ def _of_line(number, row):
                 f'line {number} has 7 numbers; a TUM line begins with a time: put 0 before it'
             )
         try:
-            return matrix_from(row[1:4], row[4:])
+            return quaternion_pose(row[1:])
         except InvalidTransform as error:
             raise InvalidTransform(f'line {number}: {error}') from error
     if len(row) == 4:
@@ -245,7 +254,7 @@ def _of_rows(lines, rows):
 
 def _numbers_in(number, words, lengths):
     try:
-        values = [float(word) for word in words]
+        values = [as_number(word) for word in words]
     except ValueError as error:
         raise UnreadablePose(f'line {number} is {" ".join(words)[:60]!r}') from error
     if len(values) not in lengths:

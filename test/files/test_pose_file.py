@@ -31,7 +31,7 @@ def test_tum_has_a_line_for_each_stamp(tmp_path):
 
 
 def test_a_quaternion_is_normalised_and_comments_are_skipped(tmp_path):
-    (tmp_path / 'pose.txt').write_text('# t x y z qx qy qz qw\n0 1 2 3 0 0 0 2\n')
+    (tmp_path / 'pose.txt').write_text('# t x y z qx qy qz qw\n0 1 2 3 0 0 0 0.999\n')
     expected = np.eye(4)
     expected[:3, 3] = 1, 2, 3
     np.testing.assert_array_equal(read_pose(tmp_path / 'pose.txt'), expected)
@@ -55,6 +55,9 @@ def test_a_matrix_of_few_digits_is_made_orthonormal(tmp_path):
         '1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n',
         '1 0 0 nan\n0 1 0 0\n0 0 1 0\n0 0 0 1\n',
         '0 1 2 3 0 0 0 0\n',
+        '0 1 2 3 0 0 0 2\n',
+        '0 1 2 3 0.1 -0.2 0.3 1\n',
+        '1_0 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n',
         '0 1 2 3 0 0 0 nan\n',
         '0 inf 2 3 0 0 0 1\n',
         '0 1 2 3 0 0 0 1\n1 1 2 3 0 0 0 1\n',

@@ -60,7 +60,7 @@ def test_reads_the_poses_of_kitti(shared_data):
         ('a.txt', '1 0 0 0 0 1 0 0 0 0 1 0\n' + '2 0 0 0 ' * 3, 'line 2 is no pose (the matrix'),
         ('a.txt', f'1 0 0 0 0 1 0 0 0 0 1 0\n1 {POSE}\n', 'line 2 is no pose (it holds 8'),
         ('a.csv', f'1 {POSE}\n'.replace(' ', ','), 'must begin with the line stamp,x,y,z'),
-        ('a.csv', 'stamp,x,y,z,qx,qy,qz,qw\n1,0,0\n', 'line 2 is no pose (it holds 3 columns)'),
+        ('a.csv', 'stamp,x,y,z,qx,qy,qz,qw\n1,0,0\n', 'line 2 holds 3 words, and its header'),
         ('a.csv', 'stamp,x,y,z,qx,qy,qz,qw\n', 'holds no pose'),
     ],
 )
@@ -83,13 +83,18 @@ def test_a_mark_commas_and_tabs_are_read(tmp_path, between):
     np.testing.assert_array_equal(trajectory.poses[:, 0, 3], [1, 2])
 
 
-def test_a_comment_that_says_w_first_is_believed(tmp_path):
+@pytest.mark.parametrize('order', ['qw qx qy qz', 'qx qy qz qw'])
+def test_a_comment_that_says_where_w_is_is_believed(tmp_path, order):
     path = tmp_path / 'path.txt'
-    path.write_text('# timestamp x y z qw qx qy qz\n1 0 0 0 1 0 0 0\n')
+    words = ['1' if name == 'qw' else '0' for name in order.split()]
+    path.write_text(f'# timestamp x y z {order}\n1 0 0 0 {" ".join(words)}\n')
+    np.testing.assert_array_equal(read_trajectory(path).poses, [np.eye(4)])
+    path.write_text(f'# quaternions are {order}\n1 0 0 0 {" ".join(words)}\n')
+    if order.startswith('qx'):
+        assert read_trajectory(path).stamps.tolist() == [10**9]
+        return
     with pytest.raises(UnreadableTrajectory, match='line 1 .* has qw before qx'):
         read_trajectory(path)
-    path.write_text('# timestamp tx ty tz qx qy qz qw\n1 0 0 0 0 0 0 1\n')
-    assert read_trajectory(path).stamps.tolist() == [10**9]
 
 
 def test_what_is_no_text_or_not_there_is_refused(tmp_path):
