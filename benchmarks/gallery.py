@@ -14,7 +14,7 @@ from benchmarks.browser import SOFTWARE, NoBrowser, open_browser
 from idem_ros.core import RegistrationConfig, register, undistort
 from idem_ros.core.geometry.se3 import inverse, log, transform_points
 from idem_ros.maps.open_map import open_map
-from idem_ros.refinement.q_tot_slice import slice_around
+from idem_ros.refinement.debug_clouds import slice_around
 from idem_ros.simulation.city import write_city
 from idem_ros.simulation.drive import drive, moving_drive, perturbed
 from idem_ros.simulation.lidar import moving_scan, scan
@@ -22,8 +22,7 @@ from idem_ros.simulation.recording import SCANNER, map_of
 from idem_ros.simulation.street import street
 from idem_ros.simulation.town import BLOCK
 from idem_ros.simulation.tunnel import tunnel
-from idem_ros.viewer.figures import STYLE
-from idem_ros.viewer.page import page
+from idem_ros.viewer.page import STYLE, page
 from idem_ros.viewer.scene import scene_of
 
 SIZE, DPI, COLOURS = (6.2, 2.9), 100, 48

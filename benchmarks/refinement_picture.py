@@ -6,12 +6,11 @@ import numpy as np
 
 from idem_ros.core import Cloud, IdemError, RegistrationConfig
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.displacement import q_on_grid
-from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.landscape import Landscape, q_on_grid
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.topics import find_topics
-from idem_ros.refinement.q_tot_slice import REACH
+from idem_ros.refinement.debug_clouds import REACH
 from idem_ros.refinement.refiner import Refiner
 from idem_ros.replay.pairs import pairs_of
 

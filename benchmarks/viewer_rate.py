@@ -8,9 +8,8 @@ import numpy as np
 from benchmarks.browser import SOFTWARE, open_browser
 from benchmarks.goal import Goal
 from idem_ros.core.exceptions import IdemError
-from idem_ros.viewer.clouds_view import view_of
 from idem_ros.viewer.page import page
-from idem_ros.viewer.scene import Scene
+from idem_ros.viewer.scene import Scene, view_of
 
 POINTS = 100_000  # of each cloud
 WINDOW = (1280, 900)

@@ -6,8 +6,7 @@ from benchmarks.commands.outputs import (
     check_outputs,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, progress
 
 TEXT = """## Bounded work
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
+from idem_ros.terminal.command_line import FAILED, OK, UsageError
 
 PICTURE = 'docs/refinement.png'
 BAG = 'bags/demo.mcap'

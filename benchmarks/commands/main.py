@@ -25,11 +25,9 @@ from benchmarks.commands.outputs import (
     check_trials,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.main import run
 from idem_ros.commands.options import add_config_options, config_from
-from idem_ros.terminal.command_line import CommandLine
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, CommandLine, UsageError, progress
 
 OWN = ('voxel_size', 'mode', 'assessment')  # each row has its own; no peer says how sure it is
 

@@ -2,7 +2,7 @@
 
 import os
 
-from idem_ros.commands.exit_codes import UsageError
+from idem_ros.terminal.command_line import UsageError
 
 QUICK = '\nQuick: {}; no figure is decided by that.\n'
 

@@ -10,9 +10,8 @@ from benchmarks.commands.outputs import (
     check_outputs,
     write,
 )
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import OK, UsageError, progress
 
 
 def add_parsers(kinds, own):

@@ -8,9 +8,8 @@ from benchmarks.commands.outputs import (
     check_trials,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, progress
 
 TRIALS = 2
 TEXT = """\

@@ -8,9 +8,8 @@ from benchmarks.commands.outputs import (
     check_trials,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.options import add_config_options, config_from
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, progress
 
 TRIALS, SEEDS, MAPS, VOXEL_SIZE = 2, 2, 12, 0.5
 TEXT = """\

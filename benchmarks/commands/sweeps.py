@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 from benchmarks.commands.outputs import QUICK, add_output_options, check_outputs, write
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, UsageError, progress
 
 TRIALS, QUICK_TRIALS, RUNS, SEED = 120, 8, 15, 3000
 OWN = ('voxel_size', 'mode', 'assessment', 'motion', 'motion_reference')

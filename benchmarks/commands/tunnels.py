@@ -8,8 +8,7 @@ from benchmarks.commands.outputs import (
     check_outputs,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, UsageError, progress
 
 TRIALS, QUICK_TRIALS = 400, 24
 FIRST_SEED = 1000  # those below 100 are what the numbers were chosen on

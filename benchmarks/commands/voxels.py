@@ -8,9 +8,8 @@ from benchmarks.commands.outputs import (
     check_outputs,
     write,
 )
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.options import add_config_options, config_from
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import FAILED, OK, UsageError, progress
 
 VOXELS = """\
 From a guess some degrees off; the error is how far the source's points are off, root mean square,

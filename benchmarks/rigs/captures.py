@@ -6,8 +6,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.goal import Goal
 from benchmarks.real_pairs import SHARED
 from idem_ros.calibration.fusion import difference
-from idem_ros.calibration.instant import Instant
-from idem_ros.calibration.rig_calibration import calibrate
+from idem_ros.calibration.rig_calibration import Instant, calibrate
 from idem_ros.core import Cloud
 from idem_ros.core.geometry import se3
 from idem_ros.files.cloud_file import read_cloud

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from idem_ros.calibration.instant import Instant
+from idem_ros.calibration.rig_calibration import Instant
 from idem_ros.core import Cloud
 from idem_ros.core.geometry import se3
 from idem_ros.simulation.drive import drive, perturbed

@@ -12,8 +12,7 @@ from idem_ros.experiments.conditions import (
     make_case,
     stairs_scan,
 )
-from idem_ros.experiments.models import POINTS
-from idem_ros.experiments.remeshing import midpoints, surface_samples
+from idem_ros.experiments.models import POINTS, midpoints, surface_samples
 
 MOVED = 0.5  # the scanner's stations for the second scan, along x and y [m]
 

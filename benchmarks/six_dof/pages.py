@@ -5,7 +5,7 @@ import numpy as np
 from benchmarks.methods import DISTANCES
 from benchmarks.six_dof.figure import figure_of
 from benchmarks.six_dof.runs import CONFIGS, IDEM, NEAR, measured, methods_of
-from idem_ros.core.metric.displacement import AXES
+from idem_ros.core.metric.landscape import AXES
 from idem_ros.experiments.conditions import case_names
 from idem_ros.experiments.experiment import write_outputs
 from idem_ros.replay.peers import PeersMissing, small_gicp

@@ -12,7 +12,7 @@ from benchmarks.case import Case as RegistrationCase
 from benchmarks.methods import IDEM, PEERS, Setting, idem_solver, peer_solvers, settings
 from benchmarks.six_dof.independent import independent_case
 from idem_ros.core import RegistrationConfig, warm_up
-from idem_ros.core.metric.displacement import centroid, displaced
+from idem_ros.core.metric.landscape import centroid, displaced
 from idem_ros.core.metric.region_of_interest import FARTHEST, STEPS_PER_RADIUS, region_along_axes
 from idem_ros.evaluation.worker_processes import worker_pool
 from idem_ros.experiments.conditions import Case, make_case

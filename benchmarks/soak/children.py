@@ -11,7 +11,7 @@ from pathlib import Path
 from benchmarks import CHECKOUT
 from benchmarks.soak.player import PLAYS, Played
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.child import ended
+from idem_ros.node.process import ended
 
 PLAYER = [sys.executable, '-m', 'benchmarks.soak.player']
 

@@ -20,7 +20,7 @@ from benchmarks.soak.parts import (
     latencies,
     run_a_node,
 )
-from idem_ros.node.child import node_command
+from idem_ros.node.process import node_command
 
 FLOODER = [sys.executable, '-m', 'benchmarks.soak.flooder']
 START = 30.0  # [s] that nodes and players take to begin, and to settle

@@ -22,7 +22,7 @@ from benchmarks.soak.children import (
 )
 from benchmarks.soak.footprint import Footprint, Sample
 from benchmarks.soak.player import END, START_PATIENCE, Played
-from idem_ros.node.child import node_command
+from idem_ros.node.process import node_command
 
 PARAMETERS = {'voxel_size': 0.5, 'reliability': 'reliable', 'depth': 10}
 RATE, OVERLOAD_RATE = 10.0, 50.0  # [1/s]
@@ -31,7 +31,7 @@ AVERAGED = 10  # samples, one a second
 LATENCY_MS, OVERLOAD_LATENCY_MS = 100.0, 300.0
 FAST_RATE, FAST_LATENCY_MS = 20.0, 50.0
 GROWTH_PERCENT = 2.0
-RESTART_S = 1.0  # at once; see dead_ports, short_lease and the large-cloud profile
+RESTART_S = 1.0  # at once; see node/ports, short_lease and the large-cloud profile
 COUNTS = ('received', 'answered', 'refused', 'dropped')
 PLAYER_SLACK = START_PATIENCE + 60.0  # [s] a player takes longer than it plays, at most
 

@@ -5,7 +5,7 @@ from scipy.optimize import minimize
 
 from benchmarks.trust.poses import NUMBERS
 from idem_ros.core.trust.basin import LAST
-from idem_ros.core.trust.verdict_model import BEYOND, features, probability
+from idem_ros.core.trust.verdict import BEYOND, features, probability
 from idem_ros.core.trust_tuning import TrustTuning
 
 FAR_AND_WRONG = 4.0  # times as much: to believe such a one does harm

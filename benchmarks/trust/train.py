@@ -7,7 +7,7 @@ from benchmarks.trust.poses import NUMBERS, judged_poses
 from benchmarks.trust.scenes import real, simulated
 from benchmarks.trust.ways import ways
 from idem_ros.core.trust.basin import FIRST, LAST
-from idem_ros.core.trust.verdict_model import WEIGHTS
+from idem_ros.core.trust.verdict import WEIGHTS
 from idem_ros.evaluation.worker_processes import worker_pool
 from idem_ros.experiments.experiment import write_csv, write_page
 from idem_ros.terminal.markdown import table
@@ -76,7 +76,7 @@ def _page(context, poses, weights, first, last):
         '# The models that judge results\n\n'
         f'Trained on {len(poses)} poses, {right} right and {len(poses) - right} wrong by known '
         'amounts, each kind of scene, class and way of making them counting alike; verdict.csv '
-        'has them all. The models in use are in `idem_ros/core/trust/verdict_model.py` and '
+        'has them all. The models in use are in `idem_ros/core/trust/verdict.py` and '
         '`idem_ros/core/trust/basin.py`. '
         '`python -m benchmarks trust` tells how well such models judge kinds of scene they never '
         'saw.\n\n'

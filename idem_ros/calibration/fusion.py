@@ -2,22 +2,125 @@
 
 The covariance is that of the weighed mean, made larger where the instants scatter more than
 they promise, and not smaller than one instant's where they are all of one place. What the motion
-of the rig adds is the same error at all of them, and is not divided.
+of the rig adds is the same error at all of them, and is not divided. What bends a scan, a motion
+or a sensor's own error, is in no covariance, and shows in that two clouds alone end elsewhere than
+all at once: `contradiction`.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
-from idem_ros.core import Verdict
+from idem_ros.calibration.frame_tree import UnknownStart, bare
+from idem_ros.core import Verdict, register
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import USABLE, CloudVerdict
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, NOTHING_KNOWN
 
+TELLS = Verdict.ALIGNED, Verdict.DEGENERATE, Verdict.LOW_OVERLAP
+LEAST_OVERLAP = 0.05
+SAME_M, SAME_DEG = 0.5, 3.0  # what ends farther off is another valley
 MEETS_LITTLE = Verdict.SEPARATED, Verdict.NOT_CONVERGED
 APART = 'the clouds that it meets do not hang together with the reference'
 SIGMAS = 3.0
+
+
+def contradiction(clouds, result, config):
+    """Return the factor, from 1, by which variances of an instant are to be multiplied.
+
+    The squares of what pairs alone are off the poses, over their covariances, a degree of freedom
+    of the loops that they close; 1 where they close none.
+
+    Args:
+        clouds: `Cloud`s.
+        result: their `JointResult`.
+        config: `RegistrationConfig` that finds what is near.
+    """
+    freedom, squares = -6 * (len(clouds) - 1), 0.0
+    if len(result.edges) < len(clouds):
+        return 1.0
+    config = replace(config, voxel_size=result.voxel_size)
+    for edge in result.edges:
+        off = _off(clouds, result.poses, edge, config)
+        if off is not None:
+            freedom += 6
+            squares += off
+    return max(squares / freedom, 1.0) if freedom > 0 else 1.0
+
+
+def _off(clouds, poses, edge, config):
+    """Return the square of what two clouds alone are off, in covariances; None: they tell not."""
+    if edge.overlap < LEAST_OVERLAP:
+        return None
+    T = se3.inverse(poses[edge.i]) @ poses[edge.j]
+    alone = register(clouds[edge.i], clouds[edge.j], T, config)
+    assert alone.assessment is not None, 'verdicts are asked for'
+    if alone.assessment.verdict not in TELLS:
+        return None
+    off = difference(alone.T_target_source, T)
+    distance, degrees = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
+    if distance > SAME_M or degrees > SAME_DEG:
+        return None
+    return float(off @ np.linalg.solve(alone.assessment.covariance, off))
+
+
+class Drift(NamedTuple):
+    """How far one sensor is from where it was."""
+
+    name: str
+    metres: float
+    degrees: float
+    sigmas: float
+    """As improbable as so many standard deviations of one normal number."""
+
+    @property
+    def has_moved(self):
+        """Whether it is farther off than chance has it."""
+        return self.sigmas > SIGMAS
+
+    def __str__(self):
+        return f'{self.metres:.3g} m and {self.degrees:.2g} deg, {self.sigmas:.2g} sigma'
+
+
+def drift_of(name, found, before, covariance):
+    """Return the `Drift` of a sensor.
+
+    Args:
+        name: of the sensor.
+        found: its `Fused`.
+        before: (4, 4) where it was, in the frame of the same reference.
+        covariance: (6, 6) of that, in the axes of the reference; zero where it is exact.
+    """
+    off = difference(found.pose, before)
+    square = off @ np.linalg.solve(found.covariance + covariance, off)
+    sigmas = stats.norm.isf(0.5 * stats.chi2.sf(square, 6))
+    if np.isinf(sigmas):  # the probability is below the least number; it comes to the same
+        sigmas = np.sqrt(square)
+    distance, degrees = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
+    return Drift(name, float(distance), float(degrees), float(sigmas))
+
+
+def covariances_of(tree, names):
+    """Return (S, 6, 6) of sensors in the frame of the first by a `FrameTree`; zero where exact.
+
+    Raises:
+        UnknownStart: covariances are given in the frame of another sensor.
+    """
+    found = np.zeros((len(names), 6, 6))
+    for s, name in enumerate(names):
+        given = tree.covariances.get(bare(name))
+        if s == 0 or given is None:
+            continue
+        if tree.parent_of(name) != bare(names[0]):
+            raise UnknownStart(
+                f'{tree.source} has {name} in the frame of {tree.parent_of(name)!r}, and '
+                f'{names[0]!r} is the reference: take that of the file'
+            )
+        found[s] = given
+    return found
 
 
 class Fused(NamedTuple):

@@ -1,4 +1,7 @@
-"""Sightings of a rig in a recording: some clouds of the reference, and the nearest of others."""
+"""Sightings of a rig in a recording, and its true places.
+
+Sightings are some clouds of the reference, and the nearest of others.
+"""
 
 from collections import Counter
 from contextlib import suppress
@@ -15,7 +18,7 @@ from idem_ros.messages.building import CLOUD, TRANSFORM
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.pairing.guesses import TF
 from idem_ros.recording.topics import STATIC, TopicNotFound, find_topic
-from idem_ros.replay.recorded_truth import TRUTH
+from idem_ros.replay.truths import TRUTH, NoTruth, truth_topic_of
 
 ALONE_NS = 500_000_000  # how far apart clouds may be of a reference that has but one
 
@@ -199,3 +202,36 @@ def _measured(recording, rig, wanted, point_times, prepare):
 def _at(measured, key, instant):
     """Return a `Measured` whose times are after an instant [ns]; None: there is none."""
     return None if measured is None else measured.later((key[1] - instant) / SECOND)
+
+
+def read_true_places(recording, given=None):
+    """Return {frame: (parent, (4, 4) in it)} of true poses, and a line about each that changes.
+
+    Args:
+        recording: an open `Recording`.
+        given: the topic of true poses; None: the one named so.
+
+    Raises:
+        NoTruth: there is none that stays.
+        InvalidTransform: one is no pose.
+        TopicNotFound: a topic that is not there.
+    """
+    topic = truth_topic_of(recording, given)
+    if topic is None:
+        raise NoTruth(f'{recording.path} has no topic of true poses; name it by --truth-topic')
+    if (kind := recording.topics[topic].msgtype) != TRANSFORM:
+        raise NoTruth(
+            f'{topic} of {recording.path} is of type {kind}; places of sensors are {TRANSFORM}'
+        )
+    places, moving = {}, {}
+    for _, _, message in recording.messages([topic]):
+        name = bare(message.child_frame_id)
+        place = bare(message.header.frame_id), matrix_of(message)
+        parent, T = places.setdefault(name, place)
+        if parent != place[0] or not np.allclose(T, place[1]):
+            moving[name] = f'{name!r} moves, and is left out: an --out of TUM lines receives it'
+    places = {name: place for name, place in places.items() if name not in moving}
+    if not places:
+        said = '; '.join(moving.values()) or 'it holds no pose'
+        raise NoTruth(f'{topic} of {recording.path} has no place of a sensor: {said}')
+    return places, list(moving.values())

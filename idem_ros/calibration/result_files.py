@@ -5,8 +5,8 @@ import shlex
 import numpy as np
 import yaml
 
-from idem_ros.calibration.drift import drift_of
 from idem_ros.calibration.frame_tree import bare
+from idem_ros.calibration.fusion import drift_of
 from idem_ros.calibration.urdf import joint_text, roll_pitch_yaw
 from idem_ros.core.geometry import se3
 from idem_ros.files.atomic_file import filling

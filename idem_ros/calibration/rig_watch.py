@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import replace
 from typing import NamedTuple
 
-from idem_ros.calibration.drift import Drift, covariances_of, drift_of
+from idem_ros.calibration.fusion import Drift, covariances_of, drift_of
 from idem_ros.calibration.initial_extrinsics import starts_of
 from idem_ros.calibration.rig_calibration import combined
 from idem_ros.calibration.rig_motion import step_between

@@ -6,10 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from idem_ros.calibration.instant import Instant
-from idem_ros.calibration.lateness import motion_covariances
-from idem_ros.calibration.rig_calibration import calibrate
-from idem_ros.calibration.rig_motion import Motion, at_one_time, is_still, motion_at_time
+from idem_ros.calibration.rig_calibration import Instant, calibrate
+from idem_ros.calibration.rig_motion import (
+    Motion,
+    at_one_time,
+    is_still,
+    motion_at_time,
+    motion_covariances,
+)
 from idem_ros.core import IdemError
 from idem_ros.core.metric.measured_points import usual
 from idem_ros.core.trust.reasons import WIDER

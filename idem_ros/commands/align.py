@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import FAILED, OK
 from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option, points_of_file
 from idem_ros.commands.options import OF_PAIRS, add_config_options, config_from
 from idem_ros.commands.output_names import (
@@ -11,6 +10,7 @@ from idem_ros.commands.output_names import (
     require_outputs,
 )
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.terminal.command_line import FAILED, OK
 
 WITHOUT = ('motion', 'motion_reference')
 

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.commands.output_names import (
@@ -10,7 +9,7 @@ from idem_ros.commands.output_names import (
     require_outputs,
 )
 from idem_ros.refinement.point_time_config import PointTimeConfig
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import OK, UsageError, progress
 
 KITTI_COLUMNS = 4  # x y z intensity, in every sequence
 DESCRIPTION = """\

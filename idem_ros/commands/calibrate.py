@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from idem_ros.calibration.config import DECIDED
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.inputs import (
     CLOUD_KINDS,
     add_columns_option,
@@ -15,6 +14,7 @@ from idem_ros.commands.inputs import (
 from idem_ros.commands.options import OF_PAIRS, add_config_options, config_from
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.terminal.command_line import FAILED, OK, UsageError
 
 INSTANTS = 5
 
@@ -104,8 +104,8 @@ def _add_inputs(parser):
 
 def run(args):
     """Calibrate, print and write."""
+    from idem_ros.calibration.hand_eye import with_motion
     from idem_ros.calibration.initial_extrinsics import no_starts, read_starts, starts_of
-    from idem_ros.calibration.placed_by_motion import with_motion
     from idem_ros.calibration.result_files import beside_truth, moved, write_calibration
     from idem_ros.calibration.rig_calibration import Uncalibrated
     from idem_ros.calibration.synchronized_scans import calibrate_sightings

@@ -1,6 +1,6 @@
 """`idem compare`: two results of the same recording, frame against frame."""
 
-from idem_ros.commands.exit_codes import OK
+from idem_ros.terminal.command_line import OK
 from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\

@@ -4,9 +4,9 @@ import os
 import statistics
 import time
 
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.environment import require_rclpy
+from idem_ros.terminal.command_line import OK, UsageError
 
 BAG = 'bags/demo.mcap'
 PATIENCE = 10.0  # [s]: on a machine that is busy, too

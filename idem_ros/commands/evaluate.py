@@ -4,10 +4,10 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.inputs import RECORDING, add_topic_options, topics_from
 from idem_ros.commands.options import add_worker_options, workers_from
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
+from idem_ros.terminal.command_line import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\
@@ -113,8 +113,6 @@ def _made_with(settings, args):
 
 def _evaluate(tasks, workers, out, there, overall):
     """Take in each outcome as it comes; return whether the user ended it before its time."""
-    from idem_ros.commands.evaluation_lines import Lines
-
     left = {task.path for task in tasks}
     try:
         with Lines(tasks) as lines, closing(workers(tasks, watch=lines.watch)) as ended:
@@ -159,3 +157,55 @@ def _summed_up(overall, out, interrupted):
     if interrupted:
         return INTERRUPTED
     return FAILED if record['failed'] else OK
+
+
+class Lines:
+    """The lines of an evaluation, while entered.
+
+    Args:
+        tasks: what is evaluated.
+    """
+
+    def __init__(self, tasks):
+        self._tasks = tasks
+        self._ended = 0
+        self._bars = {}
+        self._terminal = sys.stderr.isatty()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for bar in self._bars.values():
+            bar.close()
+
+    def watch(self, index, done, total):
+        """Show how many of its messages a task has read."""
+        from tqdm import tqdm
+
+        if not self._terminal or not total:
+            return
+        if index not in self._bars:
+            self._bars[index] = tqdm(
+                total=total, desc=printable(self._tasks[index].path), unit='msg', leave=False
+            )
+        bar = self._bars[index]
+        bar.n = done  # a task that is done again begins anew
+        bar.refresh()
+
+    def end(self, index, outcome):
+        """Say what became of a task, above the bars of those that run."""
+        from tqdm import tqdm
+
+        from idem_ros.evaluation.overall import named
+
+        if index in self._bars:
+            self._bars.pop(index).close()
+        self._ended += 1
+        if outcome.reason:
+            text = f'not evaluated: {named(outcome.path, outcome.reason)}'
+        else:
+            how = 'there already' if outcome.text is None else 'evaluated'
+            text = f'{outcome.path}: {how}'
+        line = printable(f'[{self._ended}/{len(self._tasks)}] {text}')
+        tqdm.write(line, file=sys.stderr)

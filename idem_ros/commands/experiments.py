@@ -3,9 +3,8 @@
 import os
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.output_names import require_matplotlib
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import OK, UsageError, progress
 
 OUT = 'experiments'
 

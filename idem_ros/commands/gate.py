@@ -1,9 +1,9 @@
 """`idem gate`: hold results of replays to rules, for CI to decide by."""
 
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.inputs import add_results, refuse_files_named_twice
 from idem_ros.commands.output_names import require_outputs
 from idem_ros.core.exceptions import IdemError
+from idem_ros.terminal.command_line import FAILED, OK, UsageError
 from idem_ros.terminal.printable import printable
 
 DESCRIPTION = """\

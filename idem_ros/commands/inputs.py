@@ -4,10 +4,10 @@ import re
 from argparse import SUPPRESS, ArgumentTypeError
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.files.columns import parse_columns
 from idem_ros.refinement.preprocessing import preprocess
+from idem_ros.terminal.command_line import UsageError
 
 CLOUD_KINDS = (
     '.ply .pcd .xyz .xyzn .xyzrgb .txt .csv .tsv .pts .asc .ptx .bin .npy .npz .las .laz .e57'

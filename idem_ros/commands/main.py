@@ -28,11 +28,10 @@ from idem_ros.commands import (
     truth,
 )
 from idem_ros.commands import map as map_  # the builtin is in use here
-from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, USAGE, UsageError
 from idem_ros.commands.output_names import note_replaced
 from idem_ros.core.exceptions import IdemError
 from idem_ros.terminal import interrupts
-from idem_ros.terminal.command_line import CommandLine
+from idem_ros.terminal.command_line import FAILED, INTERRUPTED, USAGE, CommandLine, UsageError
 from idem_ros.terminal.printable import ShownStream, message_line
 
 COMMANDS = (

@@ -1,8 +1,7 @@
 """`idem map`: maps on disk, made ready for those who look for scans in them."""
 
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.inputs import add_columns_option
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import OK, UsageError, progress
 
 SIZE = 100  # [m]
 

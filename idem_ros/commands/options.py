@@ -6,7 +6,6 @@ from argparse import SUPPRESS, ArgumentTypeError
 from dataclasses import fields, replace
 from typing import Any
 
-from idem_ros.commands.exit_codes import UsageError
 from idem_ros.core.config import LENGTH_SCALES, RegistrationConfig
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.parameter import is_optional, is_whole, parameter_name
@@ -16,7 +15,7 @@ from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.smoothing.config import SmoothingConfig
-from idem_ros.terminal.command_line import WANTED
+from idem_ros.terminal.command_line import WANTED, UsageError
 
 TITLES = {
     RegistrationConfig: 'registration',

@@ -4,7 +4,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import UsageError
+from idem_ros.terminal.command_line import UsageError
 from idem_ros.terminal.printable import printable
 
 NEVER_WRITTEN = '.bag', '.db3', '.ply', '.pcd', '.las', '.laz', '.e57', '.bin', '.npy'

@@ -4,12 +4,11 @@ import sys
 from argparse import ArgumentTypeError
 from contextlib import suppress
 
-from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK
 from idem_ros.commands.inputs import add_recording, opened
 from idem_ros.core.exceptions import IdemError
 from idem_ros.node.environment import require_rclpy
+from idem_ros.terminal.command_line import FAILED, INTERRUPTED, OK, progress
 from idem_ros.terminal.printable import counted, printable
-from idem_ros.terminal.progress import progress
 
 PATIENCE = 10.0  # [s] until it plays to nobody, and until it gives up on an acknowledgement
 

@@ -1,11 +1,11 @@
 """`idem register`: refine the pose of one cloud file in the frame of another."""
 
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.inputs import CLOUD_KINDS, add_columns_option, points_of_file
 from idem_ros.commands.options import add_config_options, config_from
 from idem_ros.commands.output_names import require_outputs
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.terminal.command_line import FAILED, OK, UsageError
 
 
 def add_parser(subparsers):

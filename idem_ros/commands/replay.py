@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from idem_ros.commands.exit_codes import FAILED, INTERRUPTED, OK, UsageError
 from idem_ros.commands.inputs import (
     RECORDING,
     add_recordings_under,
@@ -17,8 +16,8 @@ from idem_ros.commands.replay_outputs import outputs_for, write_outputs
 from idem_ros.commands.replay_settings import add_settings_options, settings_from
 from idem_ros.core.exceptions import IdemError
 from idem_ros.replay.settings import IDEM
+from idem_ros.terminal.command_line import FAILED, INTERRUPTED, OK, UsageError, progress
 from idem_ros.terminal.printable import printable
-from idem_ros.terminal.progress import progress
 
 DESCRIPTION = """\
 Refine every pair of BAG, as the live node would, and report the errors.

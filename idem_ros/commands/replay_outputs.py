@@ -5,8 +5,8 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import NamedTuple
 
-from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.output_names import require_ending, require_outputs
+from idem_ros.terminal.command_line import UsageError
 
 
 class Outputs(NamedTuple):

@@ -2,11 +2,11 @@
 
 from argparse import SUPPRESS, ArgumentTypeError
 
-from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.inputs import add_max_chunk, given_of
 from idem_ros.commands.options import REPLAYED, add_config_options, config_from
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.replay.settings import IDEM, METHODS, SEQUENCES, Settings
+from idem_ros.terminal.command_line import UsageError
 
 
 def add_settings_options(parser):

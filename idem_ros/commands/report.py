@@ -2,14 +2,13 @@
 
 from functools import partial
 
-from idem_ros.commands.exit_codes import OK
 from idem_ros.commands.inputs import (
     add_recordings_under,
     add_results,
     refuse_files_named_twice,
 )
 from idem_ros.commands.output_names import require_matplotlib
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import OK, progress
 
 DESCRIPTION = """\
 Write a report on one RESULT or several, side by side, into the new folder DIR:

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.inputs import RESULT, add_recordings_under
 from idem_ros.commands.output_names import (
     require_ending,
@@ -10,6 +9,7 @@ from idem_ros.commands.output_names import (
     require_outputs,
     require_rerun,
 )
+from idem_ros.terminal.command_line import OK, UsageError
 
 DESCRIPTION = """\
 Write one HTML page on one frame of RESULT: both clouds in 3D, coloured by cloud or by
@@ -57,7 +57,7 @@ def run(args):
     if not writers:
         raise UsageError('nothing to write; name a page with --out, or a recording with --rerun')
     from idem_ros.files.atomic_file import replacing
-    from idem_ros.report.shown_frame import shown_frame
+    from idem_ros.report.worst_frames import shown_frame
 
     require_outputs(args, [('--out', args.out), ('--rerun', args.rerun)], [args.result])
     scene = shown_frame(args.result, args.frame, args.recordings_under)

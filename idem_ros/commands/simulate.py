@@ -3,12 +3,11 @@
 import math
 from functools import partial
 
-from idem_ros.commands.exit_codes import OK, UsageError
 from idem_ros.commands.output_names import (
     require_ending,
     require_outputs,
 )
-from idem_ros.terminal.progress import progress
+from idem_ros.terminal.command_line import OK, UsageError, progress
 
 SCANS, MAP_POINTS, SEED = 21, 80_000, 0
 EXTENT, LARGEST_EXTENT = 2000.0, 20_000.0  # [m] of a town

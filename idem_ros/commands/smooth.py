@@ -4,7 +4,6 @@ import sys
 from contextlib import closing
 from functools import partial
 
-from idem_ros.commands.exit_codes import FAILED, OK, UsageError
 from idem_ros.commands.inputs import add_recording, given_of
 from idem_ros.commands.options import (
     OF_PAIRS,
@@ -17,8 +16,8 @@ from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.smoothing.config import SmoothingConfig
+from idem_ros.terminal.command_line import FAILED, OK, UsageError, progress
 from idem_ros.terminal.printable import printable
-from idem_ros.terminal.progress import progress
 
 DECIDED = (
     *('mode', 'assessment', 'budget_ms', 'threads', 'guess_sigma', 'twist_sigma'),

@@ -2,7 +2,7 @@
 
 import re
 
-from idem_ros.commands.exit_codes import OK, UsageError
+from idem_ros.terminal.command_line import OK, UsageError
 
 DELTA = re.compile(r'([0-9]*\.?[0-9]+)\s*([mf])\s*')
 DESCRIPTION = """\

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from idem_ros.commands.exit_codes import OK
 from idem_ros.commands.inputs import add_recording, opened
 from idem_ros.commands.output_names import require_outputs
+from idem_ros.terminal.command_line import OK
 from idem_ros.terminal.printable import counted
 
 DESCRIPTION = """\
@@ -58,7 +58,7 @@ def run(args):
 
 def _write_trajectory(recording, args):
     from idem_ros.files.pose_file import write_tum
-    from idem_ros.replay.recorded_truth import read_truth
+    from idem_ros.replay.truths import read_truth
 
     trajectory, notes = read_truth(recording, args.truth_topic, args.source_topic)
     write_tum(args.out, trajectory.stamps, trajectory.poses)
@@ -66,8 +66,8 @@ def _write_trajectory(recording, args):
 
 
 def _write_places(recording, args):
+    from idem_ros.calibration.recorded_sightings import read_true_places
     from idem_ros.calibration.result_files import places_text
-    from idem_ros.calibration.true_places import read_true_places
     from idem_ros.files.atomic_file import replacing
 
     places, notes = read_true_places(recording, args.truth_topic)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # for editors and type checkers: the same as below
     from idem_ros.core.several.joint_result import JointResult as JointResult
     from idem_ros.core.several.pose_graph import PoseGraph as PoseGraph
     from idem_ros.core.several.pose_graph import solve_graph as solve_graph
-    from idem_ros.core.several.prior import PosePrior as PosePrior
+    from idem_ros.core.several.problem import PosePrior as PosePrior
     from idem_ros.core.solve.newton import Termination as Termination
     from idem_ros.core.status import Status as Status
     from idem_ros.core.trust.verdict import Assessment as Assessment
@@ -53,7 +53,7 @@ _LOADED_LATER = {
     'JointResult': 'several.joint_result',
     'CloudVerdict': 'several.joint_result',
     'Edge': 'several.joint_result',
-    'PosePrior': 'several.prior',
+    'PosePrior': 'several.problem',
     'PoseGraph': 'several.pose_graph',
     'solve_graph': 'several.pose_graph',
     'search_radius': 'metric.q_tot',

@@ -6,7 +6,7 @@ import numpy as np
 
 from idem_ros.core.arrays import Points, Triple
 from idem_ros.core.config import AUTO, RegistrationConfig
-from idem_ros.core.geometry.deskewing import moved_in_time
+from idem_ros.core.geometry.undistortion import moved_in_time
 from idem_ros.core.maps.map_cloud import MapCloud
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.registration import register

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from idem_ros.core.geometry.se3 import transform_points
-from idem_ros.experiments.remeshing import remeshed
+from idem_ros.experiments.models import remeshed
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.surfaces import Scene, box
 

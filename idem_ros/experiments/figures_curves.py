@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core import search_radius
-from idem_ros.core.metric.displacement import q_on_grid
+from idem_ros.core.metric.landscape import q_on_grid
 from idem_ros.core.metric.region_of_interest import nearest_maximum
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.drawing import axis_label, canvas

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.metric.displacement import q_on_grid
+from idem_ros.core.metric.landscape import q_on_grid
 from idem_ros.core.metric.region_of_interest import (
     AxialRegion,
     GridRegion,

@@ -1,5 +1,6 @@
 """Table 2: the error of q_tot, RMSE, Chamfer and Hausdorff in each of the 20 cases."""
 
+import json
 from typing import NamedTuple
 
 from idem_ros.experiments import figures_maps
@@ -8,10 +9,15 @@ from idem_ros.experiments.distances import CloudDistances, Distances
 from idem_ros.experiments.drawing import canvas
 from idem_ros.experiments.experiment import settings_of, write_outputs
 from idem_ros.experiments.figures_maps import IN_ROI, WIDE, XY, Row
-from idem_ros.experiments.maps import count_in_common, landscape_of, q_map
-from idem_ros.experiments.minima import least_distances, nearest_minima
-from idem_ros.experiments.parts import read_part, write_part
+from idem_ros.experiments.maps import (
+    count_in_common,
+    landscape_of,
+    least_distances,
+    nearest_minima,
+    q_map,
+)
 from idem_ros.experiments.table2_page import METRICS, PAPER, page
+from idem_ros.files.atomic_file import replacing
 
 PARTS = 'table2_cases'  # folder of what an interrupted run need not do again
 # The stairs' grids are those of figure 18; the table's errors of 10 to 24 mm lie beyond +-5 mm.
@@ -119,3 +125,19 @@ def _figure(rows):
     figure.suptitle('Table 2: from perfect alignment to the least value of each metric')
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc='outside lower center', ncols=2)
     return figure
+
+
+def write_part(path, made_with, record):
+    """Write a record (JSON), with the settings that it was made with."""
+    path.parent.mkdir(exist_ok=True)
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps({'made_with': made_with, 'record': record}) + '\n')
+
+
+def read_part(path, made_with):
+    """Return the record that a run of the same settings left; None if there is none."""
+    try:
+        part = json.loads(path.read_text())
+        return part['record'] if part['made_with'] == made_with else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None

@@ -11,8 +11,13 @@ from idem_ros.files.pcd_file import pcd_names
 from idem_ros.files.ply_file import ply_names
 from idem_ros.files.text_table import read_text, text_names
 from idem_ros.files.unreadable import UnreadableCloud
-from idem_ros.messages.azimuth_times import azimuth_times
-from idem_ros.messages.point_times import NO_FIELD, first_times, time_fields, times_of
+from idem_ros.messages.point_times import (
+    NO_FIELD,
+    azimuth_times,
+    first_times,
+    time_fields,
+    times_of,
+)
 
 NAMES = {'.npy': npy_names, '.pcd': pcd_names, '.ply': ply_names}
 NAMES |= {suffix: text_names for suffix, reader in READERS.items() if reader is read_text}

@@ -9,8 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import InvalidCloud
-from idem_ros.messages.azimuth_times import azimuth_times
-from idem_ros.messages.point_times import NoTimes, TimesRead, first_times, time_fields, times_of
+from idem_ros.messages.point_times import (
+    NoTimes,
+    TimesRead,
+    azimuth_times,
+    first_times,
+    time_fields,
+    times_of,
+)
 from idem_ros.messages.transform_message import stamp_ns
 
 FLOAT32, FLOAT64 = 7, 8

@@ -7,8 +7,8 @@ from contextlib import suppress
 from itertools import pairwise
 
 from idem_ros.node.allocation import keep_freed_memory, take_small_pages
-from idem_ros.node.ending import AskedToEnd, is_asked_for, leave, note_signals
 from idem_ros.node.environment import RclpyMissing, require_rclpy
+from idem_ros.node.process import AskedToEnd, is_asked_for, leave, note_signals
 from idem_ros.terminal.command_line import CommandLine
 from idem_ros.terminal.printable import error_line
 
@@ -135,7 +135,7 @@ def _node_class(name: str) -> type:
 
         return RigNode
     if name == MANAGED:
-        from idem_ros.node.lifecycle_node import LifecycleRegistrationNode
+        from idem_ros.node.registration_node import LifecycleRegistrationNode
 
         return LifecycleRegistrationNode
     from idem_ros.node.registration_node import RegistrationNode

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from idem_ros.core.exceptions import IdemError
-from idem_ros.node.own_ports import OwnPorts
+from idem_ros.node.ports import OwnPorts
 from idem_ros.node.subscriptions import Subscriptions
 
 PATIENCE, LONGEST = 1.0, 60.0  # [s] of silence; twice as long each time

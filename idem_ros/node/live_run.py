@@ -15,8 +15,8 @@ from rclpy.node import Node
 
 from idem_ros.core import IdemError
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.node.child import ended, node_command
 from idem_ros.node.player import Pace, Player, playing_node
+from idem_ros.node.process import ended, node_command
 from idem_ros.recording.reader import Recording
 from idem_ros.recording.topics import Topics
 from idem_ros.terminal.interrupts import held_back

@@ -11,8 +11,8 @@ from std_msgs.msg import Float64
 
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.messages.building import Messages
+from idem_ros.refinement.debug_clouds import QTotSlice
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.refinement.q_tot_slice import QTotSlice
 
 UNKNOWN_VARIANCE = 1e6  # [m2] and [rad2]: a filter that takes it gives the pose no weight
 

@@ -17,9 +17,8 @@ from idem_ros.node.messages import (
     q_tot_message,
     transform_message,
 )
-from idem_ros.refinement.debug_clouds import aligned_points, points_of, points_with_q
+from idem_ros.refinement.debug_clouds import QTotSlice, aligned_points, points_of, points_with_q
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.refinement.q_tot_slice import QTotSlice
 
 RESULTS_KEPT = 10
 SAID_AGAIN = 60.0  # [s], on the console

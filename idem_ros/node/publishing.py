@@ -17,8 +17,8 @@ from idem_ros.node.outputs import Outputs
 from idem_ros.node.refining import Job
 from idem_ros.node.traffic import Load, Traffic
 from idem_ros.pairing.pair import Refusal
+from idem_ros.refinement.debug_clouds import slice_of
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.refinement.q_tot_slice import slice_of
 
 
 class Publishing:

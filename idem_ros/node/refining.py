@@ -11,7 +11,7 @@ from typing import Any
 
 from idem_ros.core import IdemError
 from idem_ros.node.control import Answer, answered
-from idem_ros.node.rates import Utilisation
+from idem_ros.node.traffic import Utilisation
 from idem_ros.node.worker import LatestOnlyWorker
 from idem_ros.pairing.pair import Pair, refined
 from idem_ros.refinement.outcome import Refinement

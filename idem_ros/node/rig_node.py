@@ -18,11 +18,11 @@ from idem_ros.calibration.sighting_messages import LiveRig, Row, preparing, sigh
 from idem_ros.core import IdemError, RegistrationConfig
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.node.dead_ports import domain_of, no_dead_ports
-from idem_ros.node.ending import warm_up
 from idem_ros.node.interface import RIG_CONFIGS, RIG_DECIDED, RIG_OUTPUT
 from idem_ros.node.messages import diagnostics_message
 from idem_ros.node.parameters import LiveParameters
+from idem_ros.node.ports import domain_of, no_dead_ports
+from idem_ros.node.process import warm_up
 from idem_ros.node.publisher_qos import in_words, offers_on, why_unheard
 from idem_ros.node.rig_status import Status, failed, waiting, watched
 from idem_ros.node.worker import LatestOnlyWorker

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.pairing.trail import WINDOW
+from idem_ros.pairing.guesses import WINDOW
 
 KEPT = 2048  # ten seconds at 200 Hz
 

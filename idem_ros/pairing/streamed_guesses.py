@@ -6,10 +6,9 @@ import numpy as np
 
 from idem_ros.messages.stamps import NotYet, seconds
 from idem_ros.messages.transform_message import covariance_of, matrix_of, stamp_ns
-from idem_ros.pairing.guesses import WALL_CLOCK, Guess, frames_of
+from idem_ros.pairing.guesses import WALL_CLOCK, Guess, Trail, frames_of
 from idem_ros.pairing.pair import frame_contradiction
 from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
-from idem_ros.pairing.trail import Trail
 
 FRAMES_KEPT = 8
 NAMED = 3  # of other frames

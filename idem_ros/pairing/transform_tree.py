@@ -8,9 +8,8 @@ from idem_ros.core.exceptions import IdemError, InvalidTransform
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.messages.stamps import NotYet
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
-from idem_ros.pairing.guesses import Guess
+from idem_ros.pairing.guesses import WINDOW, Guess, Trail
 from idem_ros.pairing.stamped_poses import DoubtfulGuess, StampedPoses, pose_at
-from idem_ros.pairing.trail import WINDOW, Trail
 
 
 @dataclass

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.stamps import seconds
+from idem_ros.pairing.guesses import EXTRAPOLATED, MOST
 from idem_ros.pairing.stamped_poses import StampedPoses
-from idem_ros.pairing.trail import EXTRAPOLATED, MOST
 
 IMU = 'sensor_msgs/msg/Imu'
 LONGEST_GAP = 50_000_000  # [ns] between two messages

@@ -20,11 +20,13 @@ from idem_ros.pairing.targets import LEAST_POINTS, UnusableTarget
 from idem_ros.refinement.last_results import LastResults
 from idem_ros.refinement.outcome import Refinement, StageTimes, TookPart
 from idem_ros.refinement.point_time_config import PointTimeConfig
-from idem_ros.refinement.prepared_cloud import Stopwatch, left_out, prepared
-from idem_ros.refinement.prepared_target import (
+from idem_ros.refinement.prepared_cloud import (
     PreparedTargets,
+    Stopwatch,
+    left_out,
     on_the_ground,
     prepare_ahead,
+    prepared,
 )
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.refinement.sweep_motion import Asked, SweepMotion

@@ -9,8 +9,8 @@ from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import inverse
 from idem_ros.messages.stamps import seconds
 from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.pairing.guesses import UncoveredSweep
 from idem_ros.pairing.pair import Pair
-from idem_ros.pairing.trail import UncoveredSweep
 from idem_ros.pairing.turn_rates import UnusableRates
 from idem_ros.refinement.track import Track, twist_of
 

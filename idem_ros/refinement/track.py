@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.geometry import se3
-from idem_ros.core.geometry.deskewing import moved_in_time
 from idem_ros.core.geometry.se3 import inverse, inverses
+from idem_ros.core.geometry.undistortion import moved_in_time
 
 STEPS = 512  # of a sweep, between which a motion is linear: off by 1e-7 of a range at 90 deg/s
 ROS_ORDER = [3, 4, 5, 0, 1, 2]  # x y z rx ry rz of (omega, v), and back

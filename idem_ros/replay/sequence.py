@@ -18,8 +18,8 @@ from idem_ros.recording.topics import Topics, find_topic, static_transforms
 from idem_ros.refinement.prepared_cloud import Stopwatch, prepared
 from idem_ros.replay.frames import Sequence
 from idem_ros.replay.odometry import Odometry, Scan
-from idem_ros.replay.recorded_truth import is_relative, truth_topic_of
 from idem_ros.replay.spool import Spool
+from idem_ros.replay.truths import is_relative, truth_topic_of
 from idem_ros.trajectory.comparison_table import compared
 from idem_ros.trajectory.errors import IncomparableTrajectories, associate
 

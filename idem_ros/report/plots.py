@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from idem_ros.report.runs import MEASURES
-from idem_ros.viewer.figures import STYLE, save
+from idem_ros.viewer.page import STYLE, save
 
 COLOURS = ('#1f6fb4', '#d1495b', '#2e8b57', '#8e5ea2', '#b5720a', '#17919c', '#5c5c5c', '#a0336e')
 BEFORE = {'ls': (0, (2, 1.5)), 'lw': 1.0, 'alpha': 0.65}

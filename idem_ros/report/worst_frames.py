@@ -1,4 +1,7 @@
-"""The frames of a run that went worst, with pictures from the recording where it is found."""
+"""The frames of a run that went worst, with pictures from the recording where it is found.
+
+One of them is also shown by itself: its clouds found again, registered again as then.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -8,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from idem_ros.core import IdemError
-from idem_ros.refinement.q_tot_slice import slice_around
+from idem_ros.refinement.debug_clouds import slice_around
 from idem_ros.replay.clouds_again import clouds_of, settings_of
 from idem_ros.replay.settings import IDEM
-from idem_ros.viewer.clouds_view import CloudsView
-from idem_ros.viewer.figures import STYLE, saved_as
-from idem_ros.viewer.scene import seen_again
+from idem_ros.report.runs import read_runs
+from idem_ros.viewer.page import STYLE, saved_as
+from idem_ros.viewer.scene import CloudsView, scene_of, seen_again
 
 SHOWN = 10
 MOST_POINTS, MOST_OF_ALL = 10_000, 200_000  # of a cloud in 3D, and of all on the page
@@ -136,3 +139,35 @@ def _pictures(result, i, target, source, most):
     with rc_context(STYLE):
         figure = draw_slice(slice_, T_guess[:2, 3] - T_refined[:2, 3])
         return Pictures({'q_tot': saved_as('png', figure, 110)}, view=view)
+
+
+class NothingToShow(IdemError):
+    """A frame that a result or its recording does not hold."""
+
+
+def shown_frame(path, number=None, under=None):
+    """Return the `Scene` of one frame of a result.
+
+    Args:
+        path: what `idem replay` wrote.
+        number: of the frame, from 0; None: the worst, see `worst`.
+        under: the folder that the recording must lie in; None: anywhere.
+
+    Raises:
+        NothingToShow: there is no such frame, or its recording lacks the clouds.
+        IdemError: the result or its recording cannot be read.
+    """
+    (run,) = read_runs([path])
+    frames = run.result.frames
+    if number is None:
+        number = int(next(iter(worst(run)[0]), 0))
+    if not 0 <= number < len(frames):
+        raise NothingToShow(f'{path} has no frame {number}: it has {len(frames)}, from 0')
+    frame = frames[number]
+    if 'T_guess' not in frame:
+        raise NothingToShow(f'{path} does not say where frame {number} started')
+    for _, target, source in clouds_of(run.result, [number], under):
+        title = f'{run.name}, frame {number}'
+        T_guess, T_found = poses_of(frame)
+        return scene_of(title, target, source, T_guess, config_of(run.result, frame), T_found)
+    raise NothingToShow(f'{run.result.bag} holds no clouds of frame {number}')

@@ -9,8 +9,8 @@ import numpy as np
 
 from idem_ros.files.pcd_file import pcd_header
 from idem_ros.files.pose_file import write_poses, write_tum
-from idem_ros.smoothing.candidates import APART, way_along
 from idem_ros.smoothing.consistency import Consistency
+from idem_ros.smoothing.joining import APART, way_along
 from idem_ros.smoothing.map_blocks import MapBlocks
 
 TRAJECTORY, GRAPH, MAP = 'trajectory.tum', 'graph.g2o', 'map.pcd'

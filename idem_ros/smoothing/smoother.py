@@ -12,8 +12,7 @@ from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.several.pose_graph import solve_graph
 from idem_ros.core.several.system import parts_of
 from idem_ros.pairing.stamped_poses import interpolated
-from idem_ros.smoothing.candidates import loops_of, windows_of
-from idem_ros.smoothing.joining import Joint, Pairs, priors_of, sigmas_of
+from idem_ros.smoothing.joining import Joint, Pairs, loops_of, priors_of, sigmas_of, windows_of
 from idem_ros.smoothing.keyframes import SHARE_OF_RANGE
 
 ROUNDS = 3  # of looking for loops where the last ones have brought the keyframes

@@ -1,13 +1,20 @@
-"""Command lines whose errors are one line that says what would be right."""
+"""Command lines: errors in one line that says what would be right, exit codes, and a bar."""
 
 import argparse
 import sys
 from difflib import get_close_matches
+from typing import Any
 
+from idem_ros.core.exceptions import IdemError
 from idem_ros.terminal.printable import message_line
 
-USAGE = 2  # how a program ends that was called wrongly
+# how `idem` ends; USAGE: it was called wrongly
+OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 WANTED = {int: 'whole number', float: 'number'}
+
+
+class UsageError(IdemError):
+    """A command line that contradicts itself or asks for what does not exist."""
 
 
 class CommandLine(argparse.ArgumentParser):
@@ -62,3 +69,13 @@ class CommandLine(argparse.ArgumentParser):
 def _meant(word, names):
     close = get_close_matches(word, names, n=1)
     return f'did you mean {close[0]}? ' if close else ''
+
+
+def progress(steps: Any = None, total=None, desc=None, **options) -> Any:
+    """Return what iterates over steps and shows how far it is, see `tqdm`; no bar stays behind.
+
+    Where there is no terminal it shows nothing.
+    """
+    from tqdm import tqdm  # late: most commands show none
+
+    return tqdm(steps, total=total, desc=desc, leave=False, disable=None, **options)

@@ -1,8 +1,10 @@
 """Pages that are one file, in which nothing else can run; that of one registration among them."""
 
+import io
 from base64 import b64encode
 from hashlib import sha256
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FunctionLoader, StrictUndefined
@@ -11,9 +13,29 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from idem_ros.terminal.printable import printable
-from idem_ros.viewer.figures import STYLE, saved_as
 
+STYLE: dict[Any, Any] = {
+    'font.size': 9,
+    'axes.titlesize': 9,
+    'legend.fontsize': 8,
+    'svg.hashsalt': 'idem',
+}
+METADATA = {'svg': {'Date': None}, 'png': {'Software': None}}
 SCRIPTS = 'viewer/three.min.js', 'viewer/viewer.js'
+
+
+def save(figure):
+    """Return a figure as (SVG, PNG); the same bytes for the same figure."""
+    svg = saved_as('svg', figure, 140)
+    figure.set_layout_engine('none')  # it is laid out now, which takes as long as to draw it
+    return svg, saved_as('png', figure, 140)
+
+
+def saved_as(kind, figure, dpi):
+    """Return a figure as 'svg' or 'png'; the same bytes for the same figure."""
+    file = io.BytesIO()
+    figure.savefig(file, format=kind, metadata=METADATA[kind], dpi=dpi)
+    return file.getvalue()
 
 
 def environment():

@@ -25,7 +25,7 @@ from benchmarks.trust.shipped import said_of, shipped_goals
 from benchmarks.trust.spread import Spread, spread, worst_coverage
 from benchmarks.trust.ways import Way, ways
 from idem_ros.core.trust.basin import LAST
-from idem_ros.core.trust.verdict_model import BEYOND, probability
+from idem_ros.core.trust.verdict import BEYOND, probability
 
 SIMILAR = partial(condition, 'similar', 7)
 

@@ -3,7 +3,7 @@ import pytest
 from clouds import motion
 
 from idem_ros.calibration.fusion import difference, fused
-from idem_ros.calibration.instant import Instant, Solved
+from idem_ros.calibration.rig_calibration import Instant, Solved
 from idem_ros.core import Cloud, Verdict
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_result import CloudVerdict

@@ -3,9 +3,8 @@ import pytest
 from rigs import extrinsics, sightings
 
 from idem_ros.calibration.fusion import difference
-from idem_ros.calibration.instant import Instant, solved
-from idem_ros.calibration.lateness import motion_covariances
-from idem_ros.calibration.rig_motion import at_one_time
+from idem_ros.calibration.rig_calibration import Instant, solved
+from idem_ros.calibration.rig_motion import at_one_time, motion_covariances
 from idem_ros.calibration.synchronized_scans import Measured
 from idem_ros.core import RegistrationConfig
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from rigs import extrinsics, sightings
 
-from idem_ros.calibration.loop_inconsistency import contradiction
+from idem_ros.calibration.fusion import contradiction
 from idem_ros.core import Cloud, RegistrationConfig, register_all
 
 CONFIG = RegistrationConfig(voxel_size=0.05, radius_schedule=(2.0, 1.0))

@@ -3,8 +3,7 @@ import pytest
 from clouds import error_of
 from rigs import extrinsics, off, sightings
 
-from idem_ros.calibration.instant import Instant
-from idem_ros.calibration.rig_calibration import Uncalibrated, calibrate
+from idem_ros.calibration.rig_calibration import Instant, Uncalibrated, calibrate
 from idem_ros.core import Cloud, RegistrationConfig, Verdict
 
 CONFIG = RegistrationConfig(voxel_size=0.05)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from recordings import scans, write_rosbag1, write_sqlite3
 
-from idem_ros.commands import evaluate, evaluation_lines
+from idem_ros.commands import evaluate
 from idem_ros.commands.main import main
 from idem_ros.recording.writer import write_mcap
 
@@ -144,7 +144,7 @@ def test_an_interrupted_evaluation_says_what_is_done_and_goes_on_from_there(
         raise KeyboardInterrupt
 
     argv = ['evaluate', 'drives', '--jobs', '1', '--out', 'out']
-    monkeypatch.setattr(evaluation_lines.Lines, 'end', interrupt)
+    monkeypatch.setattr(evaluate.Lines, 'end', interrupt)
     assert main(argv) == 130
     assert (summary_of(folder)['evaluated'], summary_of(folder)['failed']) == (1, 2)
     assert 'interrupted before it was done' in capsys.readouterr().out
@@ -220,7 +220,7 @@ def test_a_full_disk_ends_it_in_one_line_and_keeps_what_is_there(folder, capsys,
 def test_bars_are_shown_on_a_terminal(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
     task, outcome = evaluate_task('a.mcap')
-    with evaluation_lines.Lines([task]) as lines:
+    with evaluate.Lines([task]) as lines:
         lines.watch(0, 0, 0)
         lines.watch(0, 3, 10)
         lines.end(0, outcome)

@@ -7,9 +7,9 @@ import pytest
 from conftest import ROOT
 
 from idem_ros.commands import main as module
-from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.main import COMMANDS, main
 from idem_ros.core import IdemError
+from idem_ros.terminal.command_line import UsageError
 
 
 def ends_with(error, monkeypatch):

@@ -3,13 +3,13 @@ from dataclasses import fields
 
 import pytest
 
-from idem_ros.commands.exit_codes import UsageError
 from idem_ros.commands.main import command_line, main
 from idem_ros.commands.options import add_config_options, config_from, option_name
 from idem_ros.core import RegistrationConfig
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.targets import PairingConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
+from idem_ros.terminal.command_line import UsageError
 
 
 def parsed(*argv):

@@ -8,8 +8,7 @@ from scipy.spatial import cKDTree
 
 from idem_ros.experiments.conditions import make_case
 from idem_ros.experiments.maps import landscape_of, q_map
-from idem_ros.experiments.models import paper_model
-from idem_ros.experiments.remeshing import relaxed, remeshed, surface_samples
+from idem_ros.experiments.models import paper_model, relaxed, remeshed, surface_samples
 from idem_ros.experiments.table2 import GRIDS
 
 pytestmark = pytest.mark.skipif(find_spec('pymeshlab') is not None, reason='pymeshlab is there')

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from spinning import COLUMNS, SWEEP, sweep
 
-from idem_ros.messages.azimuth_times import azimuth_times
-from idem_ros.messages.point_times import NoTimes
+from idem_ros.messages.point_times import NoTimes, azimuth_times
 
 RULE = SimpleNamespace(turn=SWEEP, stamp_at='auto')
 MIRRORED = np.array([1.0, -1.0, 1.0])

@@ -11,15 +11,15 @@ from live import own_environment, rclpy, wait_for_line  # noqa: F401  (the node 
 
 # isort: split
 from benchmarks.soak.children import clean_shared_memory, started
-from idem_ros.node import dead_ports
-from idem_ros.node.child import node_command
-from idem_ros.node.dead_ports import FIRST_PORT, PORTS, no_dead_ports
+from idem_ros.node import ports
+from idem_ros.node.ports import FIRST_PORT, PORTS, no_dead_ports
+from idem_ros.node.process import node_command
 
 
 @pytest.fixture
 def shared_memory(tmp_path, monkeypatch):
     """A folder with two ports of domain 3, one of domain 4, and what is none."""
-    monkeypatch.setattr(dead_ports, 'SHARED_MEMORY', tmp_path)
+    monkeypatch.setattr(ports, 'SHARED_MEMORY', tmp_path)
     for port in (8161, 8163, 8411):
         (tmp_path / f'fastrtps_port{port}').touch()
         (tmp_path / f'fastrtps_port{port}_el').touch()
@@ -74,7 +74,7 @@ def test_locks_are_let_go_of_when_the_node_cannot_be_made(shared_memory):
 
 
 def test_machine_without_shared_memory_has_no_dead_ports(shared_memory, monkeypatch):
-    monkeypatch.setattr(dead_ports, 'SHARED_MEMORY', shared_memory / 'absent')
+    monkeypatch.setattr(ports, 'SHARED_MEMORY', shared_memory / 'absent')
     with no_dead_ports(3):
         pass
 

@@ -10,10 +10,10 @@ from live import own_environment, rclpy, wait_for_line  # noqa: F401  (the node 
 from rclpy.node import Node
 
 from benchmarks.soak.children import started
-from idem_ros.node import dead_ports, hearing
-from idem_ros.node.child import node_command
+from idem_ros.node import hearing
 from idem_ros.node.hearing import Hearing, PortLost
-from idem_ros.node.own_ports import OwnPorts
+from idem_ros.node.ports import SECOND_NAME, SHARED_MEMORY, OwnPorts, no_dead_ports
+from idem_ros.node.process import node_command
 
 
 class Lines(list):
@@ -49,15 +49,15 @@ def ports(context):
 
 
 def second_names(pid):
-    return list(dead_ports.SHARED_MEMORY.glob(f'{dead_ports.SECOND_NAME}*_{pid}'))
+    return list(SHARED_MEMORY.glob(f'{SECOND_NAME}*_{pid}'))
 
 
 def port_of(second):
-    return second.name.removeprefix(dead_ports.SECOND_NAME).partition('_')[0]
+    return second.name.removeprefix(SECOND_NAME).partition('_')[0]
 
 
 def names_of(ports):
-    names = [dead_ports.SHARED_MEMORY / f'fastrtps_port{port}' for port in ports._kept]
+    names = [SHARED_MEMORY / f'fastrtps_port{port}' for port in ports._kept]
     return names or pytest.skip('Fast DDS uses no shared memory here')
 
 
@@ -85,7 +85,7 @@ def test_port_that_lost_both_names_is_lost_and_said_to_be(ports, monkeypatch):
     monkeypatch.setattr(Hearing, 'lost', 0)
     names_of(ports)
     second = second_names(os.getpid())[0]
-    name = dead_ports.SHARED_MEMORY / f'fastrtps_port{port_of(second)}'
+    name = SHARED_MEMORY / f'fastrtps_port{port_of(second)}'
     name.unlink()
     second.unlink()
     listening = Hearing(Lines())
@@ -100,11 +100,11 @@ def test_port_that_lost_both_names_is_lost_and_said_to_be(ports, monkeypatch):
 def test_second_names_are_removed_with_the_node_and_those_of_the_dead_at_the_next_start(ports):
     names_of(ports)
     ports.close()
-    left = dead_ports.SHARED_MEMORY / f'{dead_ports.SECOND_NAME}1_{2**22 + 1}'  # no such process
+    left = SHARED_MEMORY / f'{SECOND_NAME}1_{2**22 + 1}'  # no such process
     left.touch()
-    with dead_ports.no_dead_ports(0):
+    with no_dead_ports(0):
         pass
-    assert not list(dead_ports.SHARED_MEMORY.glob(f'{dead_ports.SECOND_NAME}1_*'))
+    assert not list(SHARED_MEMORY.glob(f'{SECOND_NAME}1_*'))
 
 
 def test_silent_input_with_a_publisher_is_subscribed_to_anew_after_a_second_and_counted():
@@ -142,7 +142,7 @@ def test_node_whose_ports_lost_their_names_answers_who_publishes_afterwards(monk
         wait_for_line(node.stderr, 'ready')
         seconds = second_names(node.pid)
         for each in seconds:
-            (dead_ports.SHARED_MEMORY / f'fastrtps_port{port_of(each)}').unlink()
+            (SHARED_MEMORY / f'fastrtps_port{port_of(each)}').unlink()
         if not seconds:
             pytest.skip('Fast DDS uses no shared memory here')
         assert 'hears again' in wait_for_line(node.stderr, 'had lost its name')

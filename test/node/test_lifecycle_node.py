@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from idem_ros.core import InvalidConfig, register
 from idem_ros.messages.transform_message import matrix_of, stamp_ns
 from idem_ros.node import live_registration
-from idem_ros.node.lifecycle_node import LifecycleRegistrationNode
+from idem_ros.node.registration_node import LifecycleRegistrationNode
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 

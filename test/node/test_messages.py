@@ -23,8 +23,8 @@ from idem_ros.node.messages import (
     transform_message,
 )
 from idem_ros.refinement import diagnostics
+from idem_ros.refinement.debug_clouds import QTotSlice
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.refinement.q_tot_slice import QTotSlice
 
 STAMP = 1_700_000_000_123_456_789
 

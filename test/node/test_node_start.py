@@ -9,9 +9,9 @@ from live import LONG, own_environment, rclpy, wait_for_line  # noqa: F401  (the
 
 # isort: split
 from benchmarks.soak.children import started
-from idem_ros.node.child import NODE
-from idem_ros.node.dead_ports import FIRST_PORT, PORTS, SHARED_MEMORY
 from idem_ros.node.environment import WITHOUT_FILE, logging_arguments
+from idem_ros.node.ports import FIRST_PORT, PORTS, SHARED_MEMORY
+from idem_ros.node.process import NODE
 
 PIPED = {'stderr': subprocess.PIPE, 'text': True}
 

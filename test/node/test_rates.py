@@ -2,7 +2,7 @@ import threading
 
 import pytest
 
-from idem_ros.node.rates import MOST, RecentValues, Utilisation
+from idem_ros.node.traffic import MOST, RecentValues, Utilisation
 
 
 def test_rate_is_that_of_the_last_span():

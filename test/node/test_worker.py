@@ -224,7 +224,7 @@ def test_what_is_left_for_idle_times_waits_for_inputs_and_a_newer_one_takes_its_
 
 AT_WORK = """
 import atexit, sys, threading
-from idem_ros.node.ending import leave
+from idem_ros.node.process import leave
 from idem_ros.node.worker import LatestOnlyWorker
 
 atexit.register(lambda: print('ended in order'))

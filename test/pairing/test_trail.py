@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from poses import SECOND, odometry, shifted, tf, transform
 
-from idem_ros.pairing.guesses import GuessConfig
+from idem_ros.pairing.guesses import MOST, GuessConfig, Trail, UncoveredSweep
 from idem_ros.pairing.streamed_guesses import StreamedGuesses
-from idem_ros.pairing.trail import MOST, Trail, UncoveredSweep
 from idem_ros.pairing.transform_tree import TransformTree
 
 MS = SECOND // 1000

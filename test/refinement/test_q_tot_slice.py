@@ -6,8 +6,8 @@ from clouds import motion, surface
 
 from idem_ros.core import Cloud, RegistrationConfig, q_tot, register
 from idem_ros.core.geometry.se3 import inverse, transform_points
-from idem_ros.refinement import q_tot_slice
-from idem_ros.refinement.q_tot_slice import STEPS, NoSlice, slice_around, slice_of
+from idem_ros.refinement import debug_clouds
+from idem_ros.refinement.debug_clouds import STEPS, NoSlice, slice_around, slice_of
 
 VOXELS = RegistrationConfig(voxel_size=0.1)
 
@@ -77,7 +77,7 @@ def test_a_map_far_larger_than_the_source_changes_nothing(pair, rng):
 
 
 def test_of_large_clouds_coarser_voxels_are_taken(pair, monkeypatch):
-    monkeypatch.setattr(q_tot_slice, 'MOST_POINTS', 200)
+    monkeypatch.setattr(debug_clouds, 'MOST_POINTS', 200)
     found = slice_around(*pair, pair[2], 0.3, VOXELS)
     assert found.voxel_size > 0.1
     assert found.radius > 0.3

@@ -250,7 +250,7 @@ def test_time_is_that_of_the_stages_and_a_kept_target_costs_nothing_again(pair, 
         assert sum(refined.times[:3]) <= refined.time_ms
     alone = prepared('source', pair.source, PreprocessingConfig())
     assert set(map(type, (*first.times, alone.reading_ms, alone.preparing_ms))) == {float}
-    for module in ('refiner', 'prepared_target'):
+    for module in ('refiner', 'prepared_cloud'):
         monkeypatch.setattr(
             f'idem_ros.refinement.{module}.prepared',
             lambda role, *given, **options: replace(

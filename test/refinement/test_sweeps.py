@@ -19,10 +19,9 @@ from sweeps import (
 
 from idem_ros.core import RegistrationConfig, undistort
 from idem_ros.messages.pointcloud2 import read_points
-from idem_ros.pairing.guesses import Guess, GuessConfig
+from idem_ros.pairing.guesses import Guess, GuessConfig, UncoveredSweep
 from idem_ros.pairing.pair import Pair
 from idem_ros.pairing.streamed_guesses import StreamedGuesses
-from idem_ros.pairing.trail import UncoveredSweep
 from idem_ros.refinement.diagnostics import motion_record, refinement_values
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig

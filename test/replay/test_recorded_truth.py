@@ -11,9 +11,9 @@ from idem_ros.files.trajectory_file import read_trajectory
 from idem_ros.recording.messages import cloud_message, transform_message
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.recorded_truth import NoTruth, is_relative, read_truth
 from idem_ros.replay.run import replay_each
 from idem_ros.replay.settings import Settings
+from idem_ros.replay.truths import NoTruth, is_relative, read_truth
 
 COUNT = 5
 

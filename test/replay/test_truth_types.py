@@ -11,9 +11,9 @@ from idem_ros.files.trajectory_file import read_trajectory
 from idem_ros.recording.messages import cloud_message, header, transform_message, typestore
 from idem_ros.recording.reader import open_recording
 from idem_ros.recording.writer import write_mcap
-from idem_ros.replay.recorded_truth import read_truth
 from idem_ros.replay.run import replay_each
 from idem_ros.replay.settings import Settings
+from idem_ros.replay.truths import read_truth
 
 TWIST = np.array([0.02, 0.01, 0.05, 0.4, 0.1, 0.0])  # of the sensor, each second
 

@@ -7,10 +7,10 @@ from replayed import changed, write_replayed
 
 from idem_ros.report import tables as report_tables
 from idem_ros.report import worst_frames
-from idem_ros.report.page import page
+from idem_ros.report.folder import page
 from idem_ros.report.plots import Plot
 from idem_ros.report.runs import read_runs
-from idem_ros.viewer.clouds_view import view_of
+from idem_ros.viewer.scene import view_of
 
 PLOT = Plot('stem', 'title', 'measure', b'<svg/>', b'')
 VOID = {'meta', 'link', 'img', 'br', 'input'}

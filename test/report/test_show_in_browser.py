@@ -5,10 +5,9 @@ import pytest
 from browser import COLOURS, open_browser
 from replayed import write_replayed
 
-from idem_ros.report.shown_frame import shown_frame
-from idem_ros.viewer.clouds_view import view_of
+from idem_ros.report.worst_frames import shown_frame
 from idem_ros.viewer.page import page as page_of
-from idem_ros.viewer.scene import Scene
+from idem_ros.viewer.scene import Scene, view_of
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
 RESTED = """

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from replayed import changed, write_replayed
 
-from idem_ros.refinement.q_tot_slice import QTotSlice
+from idem_ros.refinement.debug_clouds import QTotSlice
 from idem_ros.report import worst_frames
 from idem_ros.report.runs import read_runs
 from idem_ros.report.worst_frames import draw, draw_slice, worst

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from idem_ros.core.geometry import se3
-from idem_ros.smoothing.candidates import TOLD, loops_of, way_along, windows_of
+from idem_ros.smoothing.joining import TOLD, loops_of, way_along, windows_of
 
 
 def line(xs, y=0.0):

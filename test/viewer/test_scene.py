@@ -7,8 +7,7 @@ import pytest
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry.se3 import exp, inverse, transform_points
 from idem_ros.viewer import scene as module
-from idem_ros.viewer.clouds_view import view_of
-from idem_ros.viewer.scene import scene_of
+from idem_ros.viewer.scene import scene_of, view_of
 
 T_TRUTH = exp(np.array([0.0, 0.0, 0.1, 0.3, -0.2, 0.05]))
 

@@ -6,26 +6,88 @@ around it: the same bits whenever it is made, and whatever else the map holds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterator
 from itertools import product
 from threading import Lock
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
-from idem_ros.core.arrays import Indices, Integer, MomentRows, Point, Points, Weights
+from idem_ros.core.arrays import Floats, Indices, Integer, MomentRows, Point, Points, Weights
 from idem_ros.core.geometry.grid import build_grid_between
 from idem_ros.core.geometry.voxels import reduce_to_voxels
 from idem_ros.core.jit import kernel
-from idem_ros.core.maps.block_source import BlockSource
-from idem_ros.core.maps.recently_used import Latest
 from idem_ros.core.metric.cloud import CELL_MARGIN
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, moments_around
 
+Value = TypeVar('Value', bound=tuple[Any, ...])
+EACH = 300  # bytes of an entry beside its arrays, about
 MOST_ASKED = 24  # kinds of voxels and radii that blocks are prepared for ahead: a few schedules
 MOST_CELLS = 1 << 18  # of a block's grid: its table then fits in a core's cache
-
 Index: TypeAlias = tuple[Integer, Integer, Integer]  # of a block, in edges from the map's zero
+NO_WEIGHTS: Weights = np.empty((0, 7))
+
+
+class BlockSource(Protocol):
+    """A map's points by where they are: tiles on disk, an array in memory, a formula.
+
+    A `MapCloud` asks for cubes, keeps what it makes of them, and asks again for what it has let go
+    of; from two threads at once, where it prepares ahead.
+    """
+
+    @property
+    def bounds(self) -> Floats:
+        """The lowest and highest coordinates, (2, 3), of all points or farther out."""
+        ...
+
+    def points_within(self, low: Point, high: Point, /) -> Points:
+        """Return all points (N, 3), float64 and finite, with low <= p < high along each axis.
+
+        In an order that is always the same; none, (0, 3), where there is nothing. What lies
+        elsewhere should cost nothing.
+        """
+        ...
+
+
+class Latest:
+    """Tuples of arrays, by a key; the least lately asked for are let go of; threads may share it.
+
+    Args:
+        most_bytes: of the arrays, about; what is in use may be more.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self.most_bytes = most_bytes
+        self.bytes = self.made = 0  # bytes that are kept, and that ever were
+        self._kept: OrderedDict[Hashable, tuple[Any, ...]] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: Hashable, make: Callable[[], Value]) -> Value:
+        """Return what is kept, or what make returns: made outside the lock, always the same."""
+        with self._lock:
+            if (kept := self._kept.get(key)) is not None:
+                self._kept.move_to_end(key)
+                return kept  # pyright: ignore[reportReturnType]  # what make returned under it
+        value = make()
+        with self._lock:
+            if key not in self._kept:
+                self._kept[key] = value
+                self.bytes += _size(value)
+                self.made += _size(value)
+            while self.bytes > self.most_bytes and len(self._kept) > 1:
+                self.bytes -= _size(self._kept.popitem(last=False)[1])
+        return value
+
+    def has(self, key: Hashable) -> bool:
+        """Whether it is kept; asks for nothing."""
+        with self._lock:
+            return key in self._kept
+
+
+def _size(value: tuple[Any, ...]) -> int:
+    arrays = {id(each): int(each.nbytes) for each in value}  # one may stand twice
+    return EACH + sum(arrays.values())
 
 
 class Level(NamedTuple):
@@ -54,7 +116,6 @@ class BlockMoments(NamedTuple):
     own: MomentRows  # (n, 10), with weight and scatter; the same array where all have one and none
 
 
-NO_WEIGHTS: Weights = np.empty((0, 7))
 NOTHING = BlockPoints(np.empty((0, 3)), NO_WEIGHTS)
 
 

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from idem_ros.core.arrays import Floats, Point, Transform
 from idem_ros.core.config import RegistrationConfig
 from idem_ros.core.geometry import se3
-from idem_ros.core.maps.block_source import BlockSource
-from idem_ros.core.maps.map_blocks import Level, MapBlocks
+from idem_ros.core.maps.map_blocks import BlockSource, Level, MapBlocks
 from idem_ros.core.maps.map_part import MapPart, Place
 from idem_ros.core.maps.point_blocks import PointBlocks
 from idem_ros.core.maps.reach import Reach

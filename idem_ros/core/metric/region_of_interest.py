@@ -30,8 +30,7 @@ from scipy.sparse import csgraph
 from idem_ros.core.arrays import Floats, Mask
 from idem_ros.core.exceptions import InvalidConfig
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.displacement import AXES, centroid, displaced
-from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.landscape import AXES, Landscape, centroid, displaced
 from idem_ros.core.metric.measured_points import usual
 
 RIPPLE = 0.05  # of the range of q_tot on one side of an axis

@@ -28,8 +28,7 @@ from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN, Candidates
 from idem_ros.core.metric.cloud import Cloud, neighbourhoods
 from idem_ros.core.metric.moments import TIE, rotated, row_of
-from idem_ros.core.several.joint_candidates import others_around
-from idem_ros.core.several.joint_centres import Centres, all_centres, thinned
+from idem_ros.core.several.joint_candidates import Centres, all_centres, others_around, thinned
 from idem_ros.core.workers import ALONE, BLOCK, Workers, in_threads
 
 SHARES = 16  # that blocks are handed out in: sums are the same for any number of threads

@@ -31,7 +31,7 @@ from idem_ros.core.metric.candidates import Candidates
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import ball_moments, covariance, plus, point_of, row_of
 from idem_ros.core.several.joint_balls import SHARES, JointBalls, Placed
-from idem_ros.core.several.joint_centres import Centres
+from idem_ros.core.several.joint_candidates import Centres
 from idem_ros.core.solve.ball_cost import BallCost, balance, with_noise, without_tangential
 from idem_ros.core.solve.linearization import pull_of, turned, turning
 from idem_ros.core.workers import in_threads

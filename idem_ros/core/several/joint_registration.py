@@ -17,11 +17,16 @@ from idem_ros.core.metric.cloud import Cloud, CloudLike
 from idem_ros.core.metric.entropy import length_unit
 from idem_ros.core.metric.voxel_size import with_voxel_size
 from idem_ros.core.several.edges import Audit, edges_of, judged, verdicts_of
-from idem_ros.core.several.gauge import gauge_of
 from idem_ros.core.several.joint_agreement import agreement_at
 from idem_ros.core.several.joint_balls import JointBalls
 from idem_ros.core.several.joint_covariance import joint_covariance
-from idem_ros.core.several.joint_descent import JointCost, JointSolution, Known, minimize_all
+from idem_ros.core.several.joint_descent import (
+    JointCost,
+    JointSolution,
+    Known,
+    gauge_of,
+    minimize_all,
+)
 from idem_ros.core.several.joint_result import JointResult
 from idem_ros.core.several.joint_stages import (
     JointStage,
@@ -31,8 +36,8 @@ from idem_ros.core.several.joint_stages import (
     reduced_clouds,
 )
 from idem_ros.core.several.outcome import Found, outcome, pair_outcome, unsolved
-from idem_ros.core.several.prior import PosePrior
 from idem_ros.core.several.problem import (
+    PosePrior,
     Problem,
     between_middles,
     checked_problem,

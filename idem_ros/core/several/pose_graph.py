@@ -18,8 +18,7 @@ from idem_ros.core.arrays import Floats, Indices, Mask, Points, Transforms
 from idem_ros.core.exceptions import InvalidConfig, InvalidTransform
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.block_factors import BlockFactors, Pattern, factored, pattern_of
-from idem_ros.core.several.prior import PosePrior, checked_priors
-from idem_ros.core.several.problem import held_mask
+from idem_ros.core.several.problem import PosePrior, checked_priors, held_mask
 from idem_ros.core.several.system import parts_of
 
 MOST_STEPS = 50

@@ -10,7 +10,7 @@ from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.candidates import Candidates
 from idem_ros.core.metric.moments import point_of
 from idem_ros.core.several.joint_balls import SHARES, JointBalls, Lists, Placed
-from idem_ros.core.several.joint_centres import Centres
+from idem_ros.core.several.joint_candidates import Centres
 from idem_ros.core.several.joint_linearization import (
     BLOCK_SUMS,
     accumulate,

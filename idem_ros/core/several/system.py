@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 from idem_ros.core.arrays import Floats, Integers, Mask, Points, Transforms
 from idem_ros.core.geometry import se3
 from idem_ros.core.several.joint_linearization import BLOCK_SUMS, JointLinearization
-from idem_ros.core.several.prior import PosePrior
+from idem_ros.core.several.problem import PosePrior
 from idem_ros.core.solve.newton import LEAST_STIFFNESS
 
 

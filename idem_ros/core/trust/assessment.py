@@ -18,15 +18,19 @@ from idem_ros.core.trust.basin import gauge, way_between
 from idem_ros.core.trust.constraining_surfaces import holders_of
 from idem_ros.core.trust.contrast import contrasts_along
 from idem_ros.core.trust.covariance import covariance_of, model_error_covariance
-from idem_ros.core.trust.free_motion_text import free_in_words
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance, to_pose
-from idem_ros.core.trust.reasons import Evidence, lack_of, separated, verdict_and_reason
+from idem_ros.core.trust.reasons import (
+    Evidence,
+    free_in_words,
+    lack_of,
+    separated,
+    verdict_and_reason,
+)
 from idem_ros.core.trust.regions import by_region
 from idem_ros.core.trust.residuals import told_by_residuals
 from idem_ros.core.trust.sweep_covariance import by_region_in_motion, covariance_in_motion
-from idem_ros.core.trust.verdict import NOTHING_KNOWN, Assessment, Verdict
-from idem_ros.core.trust.verdict_model import probability
+from idem_ros.core.trust.verdict import NOTHING_KNOWN, Assessment, Verdict, probability
 
 HOLDER_SAMPLE = 32  # centres of each cloud, about, that tell the contrast along a motion
 

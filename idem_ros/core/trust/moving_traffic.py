@@ -17,8 +17,8 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.metric.balls import Balls, from_origins
 from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.trust.agreement import Agreement
-from idem_ros.core.trust.free_motion_text import named
 from idem_ros.core.trust.observability import Observability
+from idem_ros.core.trust.reasons import named
 from idem_ros.core.trust.surfaces import ACROSS, SURFACE, own_surfaces
 from idem_ros.core.trust.translation_votes import LEAST_VOTES, MOST_RIVAL, slide_along
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict

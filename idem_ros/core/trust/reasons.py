@@ -1,10 +1,10 @@
-"""The verdict on a pose and the reason for it, in a sentence."""
+"""The verdict on a pose and the reason for it, in a sentence; free motions in words."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Transform
+from idem_ros.core.arrays import Floats, RotationMatrix, Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.solve.descent import Descent
@@ -12,13 +12,15 @@ from idem_ros.core.solve.newton import Termination
 from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.observability import Observability
 from idem_ros.core.trust.surfaces import LEAST_MEMBERS
-from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Verdict
-from idem_ros.core.trust.verdict_model import probability
+from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Verdict, probability
 from idem_ros.core.trust_tuning import TrustTuning
 
 # Scans of LiDARs as given have 0.5 and more, at voxels 0.7; where rings lie apart, below 0.2.
 LEAST_SHEETS = 1 / 3
 WIDER = 10.0  # times one cloud over the other, and their units are in doubt
+AXES = 'xyz'
+MOSTLY_TURN = 0.5  # of a unit motion: from here on it is named by its turn
+ON_AXIS = 0.95  # of an axis within a subspace: from here on the subspace is named by its axes
 
 
 class Evidence(NamedTuple):
@@ -134,3 +136,37 @@ def _misaligned(evidence: Evidence) -> str:
         f'a tenth of the points that meet nearby disagree by {evidence.near_discord:.2g} nat '
         'or more'
     )
+
+
+def free_in_words(observability: Observability, R_target_source: RotationMatrix) -> str:
+    """Say which motions are unobservable.
+
+    Args:
+        observability: the `Observability` at the pose.
+        R_target_source: (3, 3), so that the directions are those of the source's axes.
+
+    Returns:
+        A phrase; empty where none is free.
+    """
+    if observability.observable.all():
+        return ''
+    scaled = np.linalg.solve(observability.units, observability.free)
+    turns, moves = scaled[:3], scaled[3:]
+    _, share, mixed = np.linalg.svd(turns)
+    share = np.pad(share, (0, len(mixed) - len(share)))
+    is_turn = share > MOSTLY_TURN
+    said = [
+        f'{how} {named(R_target_source.T @ vectors @ mixed[chosen].T)}'
+        for how, vectors, chosen in (('along', moves, ~is_turn), ('about', turns, is_turn))
+        if chosen.any()
+    ]
+    return f'free {" and ".join(said)}'
+
+
+def named(directions: Floats) -> str:
+    """Name the span of (3, k) directions by axes where it has them, else by its directions."""
+    basis, _ = np.linalg.qr(directions)
+    on_axis = np.linalg.norm(basis, axis=1) > ON_AXIS
+    if on_axis.sum() == basis.shape[1]:
+        return ' and '.join(AXES[i] for i in np.flatnonzero(on_axis))
+    return ' and '.join('(' + ', '.join(f'{x:.2f}' for x in column) + ')' for column in basis.T)

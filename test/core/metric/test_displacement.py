@@ -4,8 +4,13 @@ from clouds import motion, surface
 
 from idem_ros.core import InvalidConfig, InvalidTransform, q_tot
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.displacement import centroid, displaced, offsets_on_grid, q_on_grid
-from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.landscape import (
+    Landscape,
+    centroid,
+    displaced,
+    offsets_on_grid,
+    q_on_grid,
+)
 
 
 def test_a_displacement_follows_the_pose(rng):

@@ -5,8 +5,7 @@ from scipy.optimize import minimize_scalar
 
 from idem_ros.core import InvalidConfig, InvalidTransform
 from idem_ros.core.geometry import se3
-from idem_ros.core.metric.displacement import q_on_grid
-from idem_ros.core.metric.landscape import Landscape
+from idem_ros.core.metric.landscape import Landscape, q_on_grid
 from idem_ros.core.metric.region_of_interest import (
     STEPS_PER_RADIUS,
     nearest_maximum,

@@ -8,8 +8,8 @@ from benchmarks.case import displaced
 from benchmarks.trust.sensors import depth_case
 from idem_ros.core import Cloud, RegistrationConfig, Status, Verdict, register
 from idem_ros.core.geometry import se3
-from idem_ros.core.trust.free_motion_text import free_in_words
 from idem_ros.core.trust.observability import observability_of
+from idem_ros.core.trust.reasons import free_in_words
 
 AUDIT = RegistrationConfig(mode='audit')
 

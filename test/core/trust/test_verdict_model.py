@@ -2,7 +2,7 @@
 
 import pytest
 
-from idem_ros.core.trust.verdict_model import probability
+from idem_ros.core.trust.verdict import probability
 
 SEEN = 0.2, 0.2, 0.9  # discord nearby, contrast, overlap
 

@@ -1,7 +1,12 @@
-"""How the process of a node is asked to end, and compiles its kernels so that it can."""
+"""The process of a node: the command that starts it, how it is asked to end, and ends.
 
+It compiles its kernels so that it can end meanwhile.
+"""
+
+import json
 import os
 import signal
+import subprocess
 import sys
 import threading
 from concurrent.futures import Future, TimeoutError
@@ -12,6 +17,8 @@ from idem_ros.node.worker import NAME
 POLL = 0.1  # [s] from a signal to the end, at most
 _received: list[int] = []
 _compiling = threading.Event()
+NODE = [sys.executable, '-m', 'idem_ros.node.entry']
+END_PATIENCE = 10.0  # [s]
 
 
 class AskedToEnd(IdemError):
@@ -75,3 +82,22 @@ def _settle(done: Future, motion: str) -> None:
         done.set_exception(error)
     finally:
         _compiling.clear()
+
+
+def node_command(parameters: dict, log_level: str = 'error') -> list[str]:
+    """Return the command of a node with parameters; other arguments of ROS may follow."""
+    command = [*NODE, '--ros-args', '--log-level', f'idem_node:={log_level}']
+    for name, value in parameters.items():
+        command += ['-p', f'{name}:={json.dumps(value)}']
+    return command
+
+
+def ended(child: subprocess.Popen) -> int:
+    """Ask a process to end, make it where it does not; return its exit code."""
+    if child.poll() is None:
+        child.terminate()
+        try:
+            child.wait(END_PATIENCE)
+        except subprocess.TimeoutExpired:
+            child.kill()
+    return child.wait()
