@@ -34,7 +34,7 @@ def test_quick_soak_reaches_its_figures_and_leaves_no_process():
     command = [sys.executable, '-m', 'benchmarks.soak', '--quick']
     environment = {**own_environment(), 'IDEM_SOAK_TEST': str(os.getpid())}
     run = subprocess.run(
-        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONG
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=3 * LONG
     )
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'MISSED' not in run.stdout
