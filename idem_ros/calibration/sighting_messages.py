@@ -9,10 +9,13 @@ from idem_ros.calibration.frame_tree import bare
 from idem_ros.calibration.synchronized_scans import Measured, Sighting
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.pointcloud2 import read_points
+from idem_ros.messages.stamps import seconds
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.refinement.preprocessing import preprocess
 
 SECOND = 1e9  # [ns]
+APART = 2_000_000_000  # [ns] of the newest clouds of two sensors: no two are so unlike
+SILENT = 'is silent'
 KEPT = 4  # clouds of a sensor: one before the instant, itself, one after, one that the others need
 
 
@@ -38,18 +41,32 @@ class LiveRig:
 
     def __init__(self, count):
         self._heard = [deque(maxlen=KEPT) for _ in range(count)]
+        self._set_back = [0] * count  # clouds in a row that were not after the one before
 
     def add(self, sensor, message):
         """Take a message of a sensor; one that is older than its last makes it begin anew."""
         heard = self._heard[sensor]
-        if heard and stamp_ns(message) <= stamp_ns(heard[-1]):
+        is_after = not heard or stamp_ns(message) > stamp_ns(heard[-1])
+        self._set_back[sensor] = 0 if is_after else self._set_back[sensor] + 1
+        if not is_after:
             heard.clear()  # a clock was set back, or a recording begins again
         heard.append(message)
 
-    @property
-    def unheard(self):
-        """Numbers of the sensors of which nothing has come."""
-        return [s for s, heard in enumerate(self._heard) if not heard]
+    def flaws(self):
+        """Return {number: what keeps a sensor out of instants}, of those that something does."""
+        reference = [stamp_ns(each) for each in self._heard[0]]
+        found = {}
+        for s, heard in enumerate(self._heard):
+            behind = reference[-1] - stamp_ns(heard[-1]) if heard and reference else 0
+            if not heard:
+                found[s] = SILENT
+            elif self._set_back[s] > 1:
+                found[s] = 'has clouds whose stamps do not increase'
+            elif abs(behind) > APART:
+                way = 'behind' if behind > 0 else 'ahead of'
+                why = 'it has stopped, or its stamps are of another clock'
+                found[s] = f'is {seconds(abs(behind))} {way} the reference: {why}'
+        return found
 
     def row(self):
         """Return the `Row` of the newest instant; None: it is not complete.
@@ -71,7 +88,16 @@ class LiveRig:
 
 
 def sighting_of(row, point_times, prepare):
-    """Return the `Sighting` of a `Row`, and a line about each cloud that cannot be used."""
+    """Return the `Sighting` of a `Row`, and a line about each cloud that cannot be used.
+
+    Raises:
+        IdemError: two sensors have one frame.
+    """
+    if doubled := [name for name in row.names if row.names.count(name) > 1]:
+        raise IdemError(
+            f'the clouds of {len(doubled)} topics are in the frame {doubled[0]!r}; each sensor '
+            'must have a frame of its own'
+        )
     at, flaws, found = stamp_ns(row.messages[0]), [], []
     names = *row.names, *row.names[:1] * len(row.around)
     for name, message in zip(names, (*row.messages, *row.around), strict=True):

@@ -1,6 +1,7 @@
 """What an operator reads on the console: each thing when it changes, and not too often; no ROS."""
 
 import re
+import threading
 from typing import Protocol
 
 from idem_ros.refinement.diagnostics import OK, is_registered, level, message_of
@@ -10,6 +11,8 @@ from idem_ros.terminal.printable import printable
 EVERY = 5.0  # [s] drops, losses and bad verdicts are said so often at most
 AGAIN = 60.0  # [s] what is waited for is said again, although it did not change
 MEASURED = re.compile(r'\d+\.\d+')  # a number in a reason that differs each time
+NUMBER = re.compile(r'(?<![^\s(\[])[-+]?\d+(\.\d+)?(e[-+]?\d+)?')  # not in a name
+KINDS = 8  # of refusals that are said within EVERY: reasons may be as many as a stranger likes
 
 
 class Logger(Protocol):
@@ -35,8 +38,11 @@ class Console:
         self._warned: float | None = None
         self._waited_for, self._said = '', 0.0
         self._before = self._told = (0, 0)  # dropped and lost
-        self._since = 0.0
+        self._since: float | None = None  # when drops and losses were looked at first
         self._word = 'aligned'
+        # {kind: when it was said, and how many came since}
+        self._refusals: dict[str, tuple[float, int]] = {}
+        self._lock = threading.Lock()  # around them: both threads refuse
         self.good = self.answered = 0
 
     def result(self, refinement: Refinement, now: float) -> None:
@@ -55,6 +61,23 @@ class Console:
             self._logger.warning(said + (of_last if self._bad > 1 else ''))
             self._results, self._bad, self._warned = 0, 0, now
 
+    def refused(self, reason: str, now: float) -> None:
+        """Say why an input was refused: each kind at once, then every few seconds with its number.
+
+        Kinds differ in more than numbers; of very many, some are left to the counts.
+        """
+        kind = kind_of(reason)
+        with self._lock:
+            kept = {k: each for k, each in self._refusals.items() if now - each[0] < AGAIN}
+            at, since = kept.pop(kind, (-AGAIN, 0))
+            is_due = now - at >= EVERY
+            if is_due and sum(now - each < EVERY for each, _ in kept.values()) >= KINDS:
+                return
+            self._refusals = {**kept, kind: (now, 0) if is_due else (at, since + 1)}
+        if is_due:
+            often = f' ({since + 1} times in the last {now - at:.0f} s)' if since else ''
+            self._logger.warning(printable(f'refused: {reason}{often}'))
+
     def waiting(self, text: str, now: float) -> None:
         """Say what is waited for, where that has changed, or was said long ago."""
         waited_for = MEASURED.sub('', text)
@@ -71,7 +94,7 @@ class Console:
             share: of its time that the worker is busy.
         """
         totals = dropped, lost
-        if totals == self._before == self._told:
+        if self._since is None or totals == self._before == self._told:
             self._since = now  # nothing for a while: what comes next is of the time from now on
         self._before = totals
         seconds = now - self._since
@@ -97,3 +120,8 @@ class Console:
             f'of {received} sources {self.answered} answered{good if self.answered else ""}; '
             f'{refused} refused, {dropped} dropped'
         )
+
+
+def kind_of(text: str) -> str:
+    """Return a text without its numbers: what is the same on and on differs in these."""
+    return NUMBER.sub('', text)

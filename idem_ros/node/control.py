@@ -9,9 +9,9 @@ from rclpy import task
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from idem_ros.core import IdemError
 from idem_ros.node.interface import SERVICES
 from idem_ros.node.messages import message_class
+from idem_ros.node.unforeseen import reason_of
 from idem_ros.refinement.diagnostics import headline
 from idem_ros.refinement.outcome import Refinement
 
@@ -99,10 +99,7 @@ def answer_of(future: Future) -> Answer:
     error = future.exception()
     if error is None:
         return future.result()
-    is_foreseen = isinstance(error, IdemError)
-    return Answer(
-        False, str(error) if is_foreseen else f'unexpected {type(error).__name__}: {error}'
-    )
+    return Answer(False, reason_of(error))
 
 
 def answered(answer: Answer) -> Future:

@@ -13,7 +13,6 @@ from idem_ros.node.traffic import Load
 from idem_ros.refinement import diagnostics
 from idem_ros.refinement.diagnostics import ERROR, OK, STALE, WARN
 from idem_ros.refinement.outcome import Refinement
-from idem_ros.terminal.printable import printable
 
 PERIOD = 1.0  # [s]
 STALE_AFTER = 5.0  # [s] without a result or a refusal
@@ -53,8 +52,7 @@ class Report:
     def refused(self, reason: str, stamp: int, counts: dict[str, int]) -> None:
         """Report a source that was refused, by its stamp [ns]."""
         if self.is_on:
-            text = f'refused: {printable(reason)}'
-            self._node.get_logger().warning(text, throttle_duration_sec=PERIOD)
+            self._console.refused(reason, time.monotonic())
         self._event(ERROR, reason, {'status': 'refused', 'reason': reason, **counts}, stamp)
 
     def clock_set_back(self, by: str, counts: dict[str, int]) -> None:

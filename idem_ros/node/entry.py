@@ -121,12 +121,28 @@ def _spin(node) -> None:
     gc.freeze()  # else each full collection looks at all that was imported: a scan waits 50 ms
     try:
         while not is_asked_for():
-            executor.spin_once(timeout_sec=LONGEST_WAIT)
+            _turn(executor, node)
     except PortLost as error:
         node.get_logger().error(f'{error}; the node begins anew')
     finally:
         executor.remove_node(node)
         node.destroy_node()
+
+
+def _turn(executor, node) -> None:
+    """Have an executor take what is due; an error that nobody foresaw does not end the node."""
+    from idem_ros.node.hearing import PortLost
+    from idem_ros.node.unforeseen import AGAIN, reason_of
+
+    try:
+        executor.spin_once(timeout_sec=LONGEST_WAIT)
+    except PortLost:
+        raise
+    except Exception as error:
+        if not node.context.ok():
+            raise
+        log = node.get_logger()
+        log.error(f'an input is lost: {reason_of(error, log)}', throttle_duration_sec=AGAIN)
 
 
 def _node_class(name: str) -> type:

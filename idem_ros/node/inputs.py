@@ -23,6 +23,7 @@ from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
 from idem_ros.node.next_target import NextTarget
 from idem_ros.node.subscriptions import Subscriptions, require_messages
 from idem_ros.node.traffic import Traffic
+from idem_ros.node.unforeseen import reason_of
 from idem_ros.node.waiting import unheard_click, why_time_stands_still
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.map_target import REPLACE, MapConfig
@@ -257,8 +258,9 @@ class Inputs:
         return on_message
 
     def _refuse_next(self, message, error) -> None:
+        reason = reason_of(error, self._node.get_logger())
         with self._lock:
-            self.pairing.refuse_target(message, error)
+            self.pairing.refuse_target(message, reason)
 
     def _tell_refusals(self) -> None:
         with self._lock:

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-from idem_ros.core import IdemError
 from idem_ros.node.worker import LatestOnlyWorker
 
 LARGE = 500_000  # points: what takes longer to prepare than sources can wait
@@ -13,7 +12,7 @@ class NextTarget:
     """Prepares large targets in a thread of its own, the newest only.
 
     Args:
-        prepare: takes a target, in the thread; raises `IdemError` where it cannot be used.
+        prepare: takes a target, in the thread; raises where it cannot be used.
         on_ready: called in the thread with each that is prepared.
         on_refusal: called in the thread with each that cannot be used, and the error.
     """
@@ -22,7 +21,7 @@ class NextTarget:
         self,
         prepare: Callable[[Any], None],
         on_ready: Callable[[Any], None],
-        on_refusal: Callable[[Any, IdemError], None],
+        on_refusal: Callable[[Any, Exception], None],
     ):
         self._prepare, self._on_ready, self._on_refusal = prepare, on_ready, on_refusal
         self._worker: LatestOnlyWorker | None = None
@@ -45,7 +44,7 @@ class NextTarget:
     def _turn(self, message: Any) -> None:
         try:
             self._prepare(message)
-        except IdemError as error:
+        except Exception as error:  # a map that nobody foresaw is one that cannot be used
             self._on_refusal(message, error)
         else:
             self._on_ready(message)

@@ -157,6 +157,7 @@ class LiveParameters:
 
     def _check(self, changed) -> SetParametersResult:
         try:
+            _refuse_deletion(changed)
             self._require(self.read(changed))
         except IdemError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -166,3 +167,11 @@ class LiveParameters:
         for each in changed:
             self._node.get_logger().info(f'{each.name} is {each.value!r} from now on')
         self._on_change(self.read())
+
+
+def _refuse_deletion(changed: Iterable[Parameter]) -> None:
+    names = [each.name for each in changed if each.type_ is Parameter.Type.NOT_SET]
+    if names:
+        raise InvalidConfig(
+            f'{", ".join(names)} cannot be deleted; a number of which 0 means none is set to 0'
+        )

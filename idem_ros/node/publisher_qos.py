@@ -5,7 +5,7 @@ from typing import NamedTuple
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from idem_ros.pairing.guesses import POSE, STREAMED
+from idem_ros.pairing.guesses import POSE, STREAMED, TF
 from idem_ros.terminal.printable import counted
 
 VOLATILE, TRANSIENT_LOCAL = 'volatile', 'transient_local'
@@ -30,7 +30,9 @@ class Offer(NamedTuple):
     def __str__(self):
         reliability, durability = self.quality.reliability.name, self.quality.durability.name
         kind = self.msgtype.rpartition('/')[2]
-        return f'{kind}, {reliability.lower()}, {durability.lower()}'
+        keeps = self.quality.durability == DurabilityPolicy.TRANSIENT_LOCAL and not self.is_latched
+        lost = ', of which nothing from before is sent: that takes reliable' if keeps else ''
+        return f'{kind}, {reliability.lower()}, {durability.lower()}{lost}'
 
 
 def offers_on(node: Node, topic: str) -> list[Offer]:
@@ -76,15 +78,20 @@ def why_unheard(msgtype: str, qualities: list[QoSProfile], offer: Offer) -> str:
         return f'{offer.by} publishes {offer.msgtype}, the node listens for {msgtype}' + _type_of(
             offer.msgtype
         )
-    lacks = [_lacking(each, offer.quality) for each in qualities]
+    lacks = [_lacking(each, offer) for each in qualities]
     return f'{offer.by} {lacks[0]}' if lacks and all(lacks) else ''
 
 
-def _lacking(asked: QoSProfile, offered: QoSProfile) -> str:
+def _lacking(asked: QoSProfile, offer: Offer) -> str:
+    offered, remedy = offer.quality, 'set target_durability to auto'
+    if offer.msgtype == TF:
+        remedy = 'have it published as tf2 does'
     if _is(asked.durability, offered.durability, DurabilityPolicy.TRANSIENT_LOCAL):
-        return 'offers volatile, the node asks for transient_local: set target_durability to auto'
+        return f'offers volatile, the node asks for transient_local: {remedy}'
     if _is(asked.reliability, offered.reliability, ReliabilityPolicy.RELIABLE):
-        return 'offers best_effort, the node asks for reliable: set reliability to best_effort'
+        if offer.msgtype != TF and asked.durability != DurabilityPolicy.TRANSIENT_LOCAL:
+            remedy = 'set reliability to best_effort'
+        return f'offers best_effort, the node asks for reliable: {remedy}'
     return ''
 
 

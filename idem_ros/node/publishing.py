@@ -1,12 +1,10 @@
 """What leaves the node of its pairs: of each its result, or why it was refused, once."""
 
 import time
-import traceback
 from collections.abc import Callable
 
 from rclpy.node import Node
 
-from idem_ros.core import IdemError
 from idem_ros.messages.stamps import seconds
 from idem_ros.node.capsules import Capsules
 from idem_ros.node.config import OutputConfig
@@ -16,6 +14,7 @@ from idem_ros.node.diagnostics_publisher import Report
 from idem_ros.node.outputs import Outputs
 from idem_ros.node.refining import Job
 from idem_ros.node.traffic import Load, Traffic
+from idem_ros.node.unforeseen import AGAIN, reason_of
 from idem_ros.pairing.pair import Refusal
 from idem_ros.refinement.debug_clouds import slice_of
 from idem_ros.refinement.outcome import Refinement
@@ -79,23 +78,19 @@ class Publishing:
         try:
             self._outputs.publish_debug(refinement)
         except Exception as error:  # the pair was answered: it is no refusal
-            self._log_unexpected(error)
+            log = self._node.get_logger()
+            log.error(reason_of(error, log), throttle_duration_sec=AGAIN)
         return answer
 
     def refusal(self, job: Job, error: Exception) -> Answer:
         """Report why nothing came of a pair."""
-        reason = str(error)
-        if not isinstance(error, IdemError):
-            reason = f'unexpected {type(error).__name__}: {error}'
-        answer = Answer(False, f'refused: {reason}')
         if not self._node.context.ok():  # shutting down; publishing is what failed
-            return answer
-        if not isinstance(error, IdemError):
-            self._log_unexpected(error)
+            return Answer(False, f'refused: {reason_of(error)}')
+        reason = reason_of(error, self._node.get_logger())
         self._traffic.refused += not job.is_settled
         self._report.refused(reason, job.pair.stamp, self._counts())
         self._capsules.offer(job.pair, None, reason, self._report.lately)
-        return answer
+        return Answer(False, f'refused: {reason}')
 
     def refused_input(self, refusal: Refusal) -> None:
         """Report an input that no pair is made of."""
@@ -116,6 +111,3 @@ class Publishing:
         slice_ = slice_of(self._last)
         self._outputs.publish_region(self._last, slice_)
         return Answer(True, str(slice_))
-
-    def _log_unexpected(self, error: Exception) -> None:
-        self._node.get_logger().error(''.join(traceback.format_exception(error)))

@@ -14,10 +14,17 @@ from sensor_msgs.msg import PointCloud2
 from idem_ros.calibration.config import RigWatchConfig, require_rig
 from idem_ros.calibration.initial_extrinsics import read_starts
 from idem_ros.calibration.rig_watch import RigWatch
-from idem_ros.calibration.sighting_messages import LiveRig, Row, preparing, sighting_of
-from idem_ros.core import IdemError, RegistrationConfig
+from idem_ros.calibration.sighting_messages import (
+    SILENT,
+    LiveRig,
+    Row,
+    preparing,
+    sighting_of,
+)
+from idem_ros.core import RegistrationConfig
 from idem_ros.messages.building import CLOUD
 from idem_ros.messages.transform_message import stamp_ns
+from idem_ros.node.console import kind_of
 from idem_ros.node.interface import RIG_CONFIGS, RIG_DECIDED, RIG_OUTPUT
 from idem_ros.node.messages import diagnostics_message
 from idem_ros.node.parameters import LiveParameters
@@ -25,6 +32,7 @@ from idem_ros.node.ports import domain_of, no_dead_ports
 from idem_ros.node.process import warm_up
 from idem_ros.node.publisher_qos import in_words, offers_on, why_unheard
 from idem_ros.node.rig_status import Status, failed, waiting, watched
+from idem_ros.node.unforeseen import reason_of
 from idem_ros.node.worker import LatestOnlyWorker
 from idem_ros.refinement.diagnostics import OK
 from idem_ros.refinement.point_time_config import PointTimeConfig
@@ -108,19 +116,18 @@ class RigNode(Node):
         is_due = self._submitted is None or now - self._submitted >= period
         if is_due and number == 0 and (row := self._live.row()) is not None:
             self._submitted = now
-            self._worker.submit(row)
+            self._worker.submit((row, self._flaws()))
 
-    def _look(self, row: Row) -> None:
+    def _look(self, job: tuple[Row, list[str]]) -> None:
         """Hold an instant against the extrinsics, in the worker's thread."""
-        configs = self._configs
+        configs, (row, flaws) = self._configs, job
         prepare = preparing(configs[PreprocessingConfig])
         try:
-            sighting, flaws = sighting_of(row, configs[PointTimeConfig], prepare)
+            sighting, unusable = sighting_of(row, configs[PointTimeConfig], prepare)
             found = self._watch.take(sighting, row.names, configs[RegistrationConfig])
-            flaws += [f'{topic} is silent' for topic in self._silent()]
-            status = watched(found, flaws)
-        except IdemError as error:
-            status = failed(error)
+            status = watched(found, unusable + flaws)
+        except Exception as error:  # else the last status would be said on and on
+            status = failed(reason_of(error, self.get_logger()))
         self._status, self._looked = status, time.monotonic()
         self._publish(status, stamp_ns(row.messages[0]))
 
@@ -129,8 +136,10 @@ class RigNode(Node):
         status, period = self._status, self._configs[RigWatchConfig].period
         since = None if self._looked is None else time.monotonic() - self._looked
         patience = STALE_PERIODS * period + STALE_PERIODS * REPORT_S
-        if since is None or (since > patience and not self._worker.is_busy):
+        if not self._worker.is_busy and (since is None or since > patience):
             status = waiting(self._what_it_waits_for())
+        elif since is None:
+            status = waiting('the first instant is under way')
         self._publish(status, self.get_clock().now().nanoseconds)
 
     def _publish(self, status: Status, stamp: int) -> None:
@@ -139,18 +148,28 @@ class RigNode(Node):
         level, text, values, about = status
         said = self.get_fully_qualified_name(), 'extrinsics', level, text, values, stamp
         self._publisher.publish(diagnostics_message(*said))
-        if self._told != (level, about):
-            self._told = level, about
-            log = self.get_logger()
-            (log.info if level == OK else log.warning)(printable(text))
+        told = level, tuple(map(kind_of, about))
+        if self._told != told:
+            self._told = told
+            self._say(level, printable(text))
 
-    def _silent(self) -> list[str]:
-        return [self._heard[number].topic_name for number in self._live.unheard]
+    def _say(self, level: int, text: str) -> None:
+        if level == OK:  # not in one line: rclpy refuses one that changes its severity
+            self.get_logger().info(text)
+        else:
+            self.get_logger().warning(text)
+
+    def _flaws(self) -> list[str]:
+        """Say what keeps sensors out of instants, a line each."""
+        said = []
+        for number, why in self._live.flaws().items():
+            each = self._heard[number]
+            offers = offers_on(self, each.topic_name) if why == SILENT else []
+            reasons = [why_unheard(CLOUD, [each.qos_profile], offer) for offer in offers]
+            said.append(': '.join([f'{each.topic_name} {why}', *filter(None, reasons)]))
+        return said
 
     def _what_it_waits_for(self) -> str:
-        said = []
-        for each in self._heard:
-            offers = offers_on(self, each.topic_name)
-            reasons = [why_unheard(CLOUD, [each.qos_profile], offer) for offer in offers]
-            said += [in_words(each.topic_name, offers), *filter(None, reasons)]
-        return 'waiting for clouds: ' + '; '.join(said)
+        topics = [each.topic_name for each in self._heard]
+        said = [in_words(topic, offers_on(self, topic)) for topic in topics]
+        return 'waiting for clouds: ' + '; '.join([*said, *self._flaws()])

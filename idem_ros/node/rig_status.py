@@ -34,14 +34,14 @@ def watched(found: list[Watched], flaws: list[str]) -> Status:
     return Status(WARN, '; '.join([*said, *flaws]), values, (*about, *flaws))
 
 
-def failed(error: Exception) -> Status:
+def failed(reason: str) -> Status:
     """Return the status of an instant of which nothing can be said."""
-    return Status(ERROR, str(error), {}, ('error',))
+    return Status(ERROR, reason, {}, (reason,))
 
 
 def waiting(text: str) -> Status:
     """Return the status while nothing comes."""
-    return Status(STALE, text, {})
+    return Status(STALE, text, {}, (text,))
 
 
 def _values(each: Watched) -> dict[str, str]:

@@ -26,6 +26,7 @@ TF_DEPTH = 100  # as tf2 has it
 IMU_DEPTH = 200  # half a second at 400 Hz
 GUESS_DEPTH = 1000  # a tenth of a second of 10 kHz: more than sources wait for
 CLOUDS = 'target', 'source'
+LATCHED = 'target', 'initial_guess', 'initial_pose'  # what may have been published once, before
 # [s] that the executor rests for each message it took at once, and at most: under a flood the
 # worker needs the interpreter, too
 REST, LONGEST_REST = 1e-4, 5e-3
@@ -41,7 +42,7 @@ class Subscriptions:
         on_lost: takes an input and how many more of its messages DDS has lost.
 
     Attributes:
-        held: {input: its subscriptions}; the target has two where its publishers differ.
+        held: {input: its subscriptions}; a map or a guess has two where its publishers differ.
     """
 
     def __init__(
@@ -88,18 +89,22 @@ class Subscriptions:
                 self._node.destroy_subscription(each)
 
     def follow_offers(self) -> None:
-        """Ask the publishers of the target for what was published before, where they keep it."""
-        before = self.held.get('target')
-        if before is None or self._config.target_durability != AUTO:
-            return
-        offers = self._offers_on('target')
-        wanted = [self._target_quality(each) for each in durabilities_for(offers)]
-        if offers and [each.qos_profile.durability for each in before] != [
-            each.durability for each in wanted
-        ]:
-            kind = before[0].msg_type
-            self.held['target'] = [self._subscription('target', kind, each) for each in wanted]
-            for each in before:  # only now: no message falls between the two
+        """Ask publishers of maps and guesses for what was published before, where they keep it."""
+        for name in LATCHED:
+            is_asked = name != 'target' or self._config.target_durability == AUTO
+            if name in self.held and is_asked and (offers := self._offers_on(name)):
+                self._ask_for(name, durabilities_for(offers))
+
+    def _ask_for(self, name: str, durabilities: tuple[str, ...]) -> None:
+        """Have subscriptions of these kinds; who has one already is sent nothing again."""
+        before, kind = self.held[name], self.held[name][0].msg_type
+        held = {each.qos_profile.durability: each for each in before}
+        wanted = [self._quality(name, each) for each in durabilities]
+        self.held[name] = [
+            held.get(each.durability) or self._subscription(name, kind, each) for each in wanted
+        ]
+        for each in before:  # only now: no message falls between the two
+            if each not in self.held[name]:
                 self._node.destroy_subscription(each)
 
     def renew(self, name: str) -> str:
@@ -172,24 +177,22 @@ class Subscriptions:
     def _qualities(self, name: str) -> list[QoSProfile]:
         if name == 'target':
             asked = self._config.target_durability
-            return [self._target_quality(VOLATILE if asked == AUTO else asked)]
+            return [self._quality(name, VOLATILE if asked == AUTO else asked)]
         if name == 'tf_static':
             return [_latched(TF_DEPTH)]
         if name in TF_INPUTS:
             return [QoSProfile(depth=TF_DEPTH, reliability=ReliabilityPolicy.RELIABLE)]
         if name in IMU_INPUTS:
             return [QoSProfile(depth=IMU_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)]
-        return [self._usual(self._config.depth if name in CLOUDS else GUESS_DEPTH)]
+        return [self._quality(name, VOLATILE)]
 
-    def _target_quality(self, durability: str) -> QoSProfile:
-        depth = self._config.depth
-        return _latched(depth) if durability == TRANSIENT_LOCAL else self._usual(depth)
-
-    def _usual(self, depth: int) -> QoSProfile:
-        reliability = ReliabilityPolicy[self._config.reliability.upper()]
+    def _quality(self, name: str, durability: str) -> QoSProfile:
+        depth = self._config.depth if name in CLOUDS else GUESS_DEPTH
+        if durability == TRANSIENT_LOCAL:
+            return _latched(depth)
         return QoSProfile(
             depth=depth,
-            reliability=reliability,
+            reliability=ReliabilityPolicy[self._config.reliability.upper()],
             durability=DurabilityPolicy.VOLATILE,
         )
 

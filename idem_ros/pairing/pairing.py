@@ -84,9 +84,9 @@ class Pairing:
         """Return whether there is a target that can be used, as far as is known."""
         return bool(self._targets)
 
-    def refuse_target(self, message, error):
+    def refuse_target(self, message, reason):
         """Count a target that came, and that cannot be used."""
-        self._note_target(message, str(error))
+        self._note_target(message, reason)
 
     def add_map(self, map_):
         """Keep a `MapSource` as the target in `target_frame`; return the pairs it completes."""

@@ -112,3 +112,31 @@ def test_without_a_verdict_the_end_tells_of_convergence(console, lines):
     console.result(refinement(None), 0.0)
     console.farewell(received=1, refused=0, dropped=0)
     assert lines == ['of 1 sources 1 answered: 1 converged, 0 not; 0 refused, 0 dropped']
+
+
+def test_each_kind_of_refusal_is_said_at_once_and_then_every_few_seconds_with_its_number(
+    console, lines
+):
+    for i in range(60):
+        console.refused(f'source: its data holds {i} bytes', i / 10)
+        if i == 30:
+            console.refused('target: it has no field x', i / 10)
+    assert lines == [
+        'refused: source: its data holds 0 bytes',
+        'refused: target: it has no field x',
+        'refused: source: its data holds 50 bytes (50 times in the last 5 s)',
+    ]
+
+
+def test_refusals_of_more_kinds_than_can_be_read_do_not_flood_the_console(console, lines):
+    for i in range(1000):
+        console.refused(f'the guess has frame_id lidar_{i}', i / 100)
+    assert len(lines) < 40
+
+
+def test_drops_before_the_first_report_are_not_of_the_time_since_the_machine_started(
+    console, lines
+):
+    console.load(3, 0, 0.5, 60_000.0)
+    console.load(3, 0, 0.5, 60_005.0)
+    assert lines[0].startswith('3 sources were dropped in the last 5 s')

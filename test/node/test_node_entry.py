@@ -9,6 +9,9 @@ from conftest import ROOT
 from live import LONG, own_environment, wait_for_line
 
 # isort: split
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
 from idem_ros.node import entry
 from idem_ros.node.environment import loopback_environment
 
@@ -152,3 +155,22 @@ def test_find_on_an_empty_graph_says_so_and_ends(start):
     _, errors = node.communicate(timeout=LONG)
     assert node.returncode == 1
     assert 'Traceback' not in errors
+
+
+def test_an_error_nobody_foresaw_in_a_callback_does_not_end_the_node(context, capfd):
+    node, executor = Node('faulty', context=context), SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    calls = []
+
+    def callback():
+        calls.append(len(calls))
+        raise ZeroDivisionError
+
+    node.create_timer(0.01, callback)
+    while len(calls) < 5:
+        entry._turn(executor, node)
+    executor.shutdown()
+    node.destroy_node()
+    said = capfd.readouterr().err
+    assert said.count('Traceback') == 1
+    assert said.count('an input is lost: unexpected ZeroDivisionError') == 1

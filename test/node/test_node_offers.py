@@ -1,15 +1,20 @@
 """The node in this process: publishers of other qualities of service or types than it expects."""
 
-from node_bench import FIRST, MS, cloud_message, send
+from node_bench import FIRST, MS, cloud_message, guess_message, send
 
 # isort: split
 import subprocess
 import sys
 
+import numpy as np
 import pytest
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
+
+from idem_ros.messages.building import CLOUD
+from idem_ros.node.publisher_qos import Offer, in_words, why_unheard
+from idem_ros.pairing.guesses import TF
 
 LATCHED = QoSProfile(
     depth=1,
@@ -17,6 +22,11 @@ LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
 )
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+BEST_EFFORT_LATCHED = QoSProfile(
+    depth=1,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+)
 STEP = 100 * MS
 
 
@@ -122,3 +132,30 @@ def test_a_guess_of_the_right_type_is_no_mismatch(bench):
     b = bench(guess_type='pose_with_covariance', guess_class=PoseWithCovarianceStamped).start()
     b.until(lambda: len(b.loads()) > 1)
     assert b.node.registration.inputs.unheard == []
+
+
+def test_a_guess_that_was_published_once_before_the_node_started_is_received(bench, clouds):
+    b = bench(guess_class=None)
+    guess = b.other.create_publisher(TransformStamped, '/idem_node/initial_guess', LATCHED)
+    guess.publish(guess_message(np.eye(4), 0))
+    b.start()
+    send(b, clouds, FIRST)
+    b.transform_of(FIRST)
+
+
+@pytest.mark.parametrize(
+    ('msgtype', 'asked', 'offered', 'remedy'),
+    [
+        (CLOUD, LATCHED, BEST_EFFORT_LATCHED, 'set target_durability to auto'),
+        (TF, LATCHED, QoSProfile(depth=1), 'have it published as tf2 does'),
+        (TF, QoSProfile(depth=1), BEST_EFFORT, 'have it published as tf2 does'),
+    ],
+)
+def test_the_remedy_is_one_that_helps_the_input(msgtype, asked, offered, remedy):
+    said = why_unheard(msgtype, [asked], Offer('/slam', msgtype, offered))
+    assert said.endswith(remedy)
+
+
+def test_a_map_that_is_kept_and_never_sent_again_is_named():
+    said = in_words('/map', [Offer('/slam', CLOUD, BEST_EFFORT_LATCHED)])
+    assert 'nothing from before is sent: that takes reliable' in said

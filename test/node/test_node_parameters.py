@@ -92,3 +92,12 @@ def test_what_is_changed_while_it_runs_is_on_the_console(bench, capfd):
     said = capfd.readouterr().err
     assert 'voxel_size is 0.25 from now on' in said
     assert 'a is' not in said
+
+
+def test_parameter_cannot_be_deleted_and_is_set_as_before(bench):
+    b = bench().start()
+    (result,) = b.node.set_parameters([Parameter('max_range')])
+    assert not result.successful
+    assert 'max_range cannot be deleted' in result.reason
+    (result,) = b.node.set_parameters([Parameter('max_range', value=30.0)])
+    assert result.successful

@@ -13,13 +13,16 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rigs import SENSORS, extrinsics, sightings
 from sensor_msgs.msg import PointCloud2
 
+from idem_ros.calibration.sighting_messages import LiveRig
 from idem_ros.core import InvalidConfig
 from idem_ros.messages.transform_message import translation_and_quaternion
 from idem_ros.node.messages import cloud_message
 from idem_ros.node.rig_node import RigNode
+from idem_ros.node.rig_status import Status
 
 OK, WARN, ERROR, STALE = (bytes([level]) for level in range(4))
 PERIOD_NS = 10**8
@@ -40,6 +43,7 @@ class Rig:
         self.executor = SingleThreadedExecutor(context=context)
         self.executor.add_node(self.other)
         self.context, self.node, self.stamp = context, None, 10**9
+        self.period = PERIOD_NS
         self.parameters = {
             'extrinsics': str(file),
             'topics': TOPICS,
@@ -66,14 +70,14 @@ class Rig:
         self.until(lambda: all(each.get_subscription_count() for each in self.publishers))
         self.until(lambda: self.node.count_subscribers('/diagnostics'))
 
-    def drive(self, poses, sensors=(0, 1, 2), clouds=6):
+    def drive(self, poses, sensors=(0, 1, 2), clouds=6, frames=SENSORS):
         """Publish so many clouds of each of some sensors, which are at those poses."""
         for _ in range(clouds):
             (row,) = sightings(self.rng, poses, points=2000)
             for s in sensors:
-                message = cloud_message(row[s], self.stamp, SENSORS[s])
+                message = cloud_message(row[s], self.stamp, frames[s])
                 self.publishers[s].publish(message)
-            self.stamp += PERIOD_NS
+            self.stamp += self.period
 
     def until(self, condition):
         spin_until(self.executor, condition)
@@ -182,3 +186,69 @@ def test_the_process_says_in_one_line_that_the_extrinsics_are_missing(tmp_path):
     (line,) = ended.stderr.splitlines()
     assert line.startswith('idem_rig_node: error: ')
     assert 'none.yaml' in line
+
+
+def test_what_changes_is_said_whether_it_is_good_news_or_bad(make_rig, capfd):
+    rig = make_rig()
+    rig.start()
+    for status in (
+        Status(0, 'all well', {}),
+        Status(1, 'left has moved by 0.05 m', {}, ('left has moved by 0.05 m',)),
+        Status(1, 'left has moved by 0.06 m', {}, ('left has moved by 0.06 m',)),
+        Status(0, 'well again', {}),
+    ):
+        rig.node._publish(status, 0)
+    said = [line.rpartition(': ')[2] for line in capfd.readouterr().err.splitlines()]
+    assert said[-3:] == ['all well', 'left has moved by 0.05 m', 'well again']
+
+
+def test_stamps_that_do_not_increase_are_named(make_rig):
+    rig = make_rig()
+    rig.stamp = rig.period = 0
+    rig.start()
+    rig.drive(rig.truth)
+    rig.until(lambda: rig.node._live.flaws())
+    rig.statuses.clear()
+    assert '/top/points has clouds whose stamps do not increase' in rig.status(STALE).message
+
+
+def test_sensors_that_share_a_frame_are_named(make_rig):
+    rig = make_rig()
+    rig.start()
+    rig.drive(rig.truth, frames=('top', 'left', 'left'))
+    assert "2 topics are in the frame 'left'" in rig.status(ERROR).message
+
+
+def test_a_sensor_that_cannot_be_heard_is_named_with_the_remedy(make_rig):
+    rig = make_rig()
+    rig.other.destroy_publisher(rig.publishers.pop())
+    unheard = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+    rig.other.create_publisher(PointCloud2, TOPICS[2], unheard)
+    rig.start()
+    rig.drive(rig.truth, sensors=(0, 1))
+    message = rig.status(WARN).message
+    assert message.startswith('/right/points is silent: /drivers offers best_effort')
+    assert message.endswith('set reliability to best_effort')
+
+
+def test_an_error_nobody_foresaw_is_a_status_and_the_next_instant_is_taken(make_rig):
+    rig = make_rig()
+    rig.start()
+    take = rig.node._watch.take
+    rig.node._watch.take = lambda *given: 1 / 0
+    rig.drive(rig.truth)
+    assert 'ZeroDivisionError' in rig.status(ERROR).message
+    rig.node._watch.take = take
+    rig.drive(rig.truth)
+    rig.status(OK)
+
+
+def test_a_sensor_of_another_clock_or_that_has_stopped_is_told_by_how_much():
+    rig = LiveRig(3)
+    for k in range(26):
+        for sensor, offset in enumerate((0, 0, 3600 * 10**9)):
+            if sensor != 1 or k == 0:
+                rig.add(sensor, cloud_message(np.ones((1, 3)), k * PERIOD_NS + offset, 'lidar'))
+    stopped, other = rig.flaws()[1], rig.flaws()[2]
+    assert stopped.startswith('is 2.5 s behind the reference: it has stopped')
+    assert other.startswith('is 3.6e+03 s ahead of the reference')

@@ -71,10 +71,11 @@ def _checked(covariance: ArrayLike) -> Matrix6:
     if given.shape != (6, 6):
         raise InvalidConfig(f'{name} has shape {given.shape}; it must be (6, 6), {ORDER}')
     if not np.isfinite(given).all():
-        raise InvalidConfig(f'{name} is not finite; a variance of 0 says nothing of its axis')
+        raise InvalidConfig(f'{name} is not finite; zeros say that it is not known')
     if (given.diagonal() < 0.0).any():
         raise InvalidConfig(
-            f'{name} has the variances {given.diagonal()}, {ORDER}; none may be below 0'
+            f'{name} has the variances {given.diagonal()}, {ORDER}; none may be below 0, zeros '
+            'say that it is not known'
         )
     some = np.flatnonzero(given.diagonal())
     of_some = given[np.ix_(some, some)]
@@ -82,7 +83,9 @@ def _checked(covariance: ArrayLike) -> Matrix6:
     of_some = of_some / np.outer(scale, scale)
     is_symmetric = np.abs(of_some - of_some.T).max(initial=0.0) <= SYMMETRIC
     if not is_symmetric or (np.linalg.eigvalsh(of_some) <= 0.0).any():
-        raise InvalidConfig(f'{name} is not symmetric and positive definite')
+        raise InvalidConfig(
+            f'{name} is not symmetric and positive definite; zeros say that it is not known'
+        )
     return (given + given.T) / 2
 
 
