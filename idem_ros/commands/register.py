@@ -104,8 +104,8 @@ def _text(args, result, motion, source):
             *rows,
             f'{result.status.value} after {result.iterations} iterations: '
             f'q_tot {result.q_tot:.6g} nat, q_mean {result.q_mean:.6g} nat, '
-            f'overlap {result.overlap:.1%}, radius {result.radius:.6g} m, '
-            + ('points as given' if size is None else f'voxels of {size:.6g} m'),
+            f'overlap {result.overlap:.1%}, radius {result.radius:.6g}, '
+            + ('points as given' if size is None else f'voxels of {size:.6g}'),
             *_motion_said(motion),
             *_said(result.assessment, result.T_target_source, source),
             *([] if args.guess else ['note: no --guess: the initial guess is the identity']),
@@ -157,11 +157,11 @@ def _said(assessment, T_target_source, source):
         return
     middle = np.median(source, axis=0)
     covariance = covariance_at(middle, assessment.covariance, T_target_source)
-    metres, radians = np.split(np.sqrt(covariance.diagonal().clip(0.0)), 2)
+    lengths, radians = np.split(np.sqrt(covariance.diagonal().clip(0.0)), 2)
     yield (
         'standard deviations at the middle of the source: '
-        f'{_deviations(("x", "y", "z"), metres, 1.0)} m, '
-        f'{_deviations(("rx", "ry", "rz"), radians, np.degrees(1.0))} deg'
+        f'{_deviations(("x", "y", "z"), lengths, 1.0)} in the unit of the '
+        f'files, {_deviations(("rx", "ry", "rz"), radians, np.degrees(1.0))} deg'
     )
 
 

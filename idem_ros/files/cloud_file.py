@@ -125,6 +125,8 @@ def reader_of(path):
     """
     path = Path(path)
     reader = READERS.get(path.suffix.lower())
+    if path.is_dir():
+        raise UnreadableCloud(f'{path} is a folder; it must be a cloud file')
     if reader is None:
         what = UNPACK if path.suffix.lower() in PACKED else 'its suffix must be one of '
         what += '' if what == UNPACK else ', '.join(READERS)

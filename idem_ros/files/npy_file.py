@@ -72,7 +72,7 @@ def _points_of(array, columns):
     if isinstance(chosen, int) or not all(isinstance(c, int) for c in chosen):
         raise UnreadableCloud('its columns have no names; --columns takes three numbers')
     if not all(1 <= c <= array.shape[1] for c in chosen):
-        raise UnreadableCloud(f'it has {array.shape[1]} columns; --columns is {chosen}')
+        raise UnreadableCloud(f'it has columns 1 to {array.shape[1]}; --columns is {chosen}')
     return array[:, [c - 1 for c in chosen]]
 
 

@@ -48,8 +48,8 @@ def test_standard_deviations_have_units_and_a_place(files, capsys):
     x, y, z, rx, ry, rz = (f'{each:.3g}' for each in (*m, *np.degrees(deg)))
     main(argv)
     assert (
-        f'standard deviations at the middle of the source: x {x} y {y} z {z} m, '
-        f'rx {rx} ry {ry} rz {rz} deg'
+        f'standard deviations at the middle of the source: x {x} y {y} z {z} '
+        f'in the unit of the files, rx {rx} ry {ry} rz {rz} deg'
     ) in capsys.readouterr().out.splitlines()
 
 
@@ -66,7 +66,7 @@ def test_far_from_the_origin_digits_and_deviations_still_say_something(files, ca
     )
     assert np.abs(gap).max() < 1e-5
     (said,) = [line for line in lines if 'at the middle of the source' in line]
-    metres = said.split(': ')[1].split(' m,')[0].split()[1::2]
+    metres = said.split(': ')[1].split(' in the')[0].split()[1::2]
     assert max(map(float, metres)) < 0.01
 
 

@@ -177,7 +177,7 @@ def test_a_missing_file_a_folder_and_an_unknown_suffix_are_refused(tmp_path):
     with pytest.raises(UnreadableCloud, match='nowhere.ply cannot be read: No such file'):
         read_cloud(tmp_path / 'nowhere.ply')
     (tmp_path / 'folder.npy').mkdir()
-    with pytest.raises(UnreadableCloud, match='folder.npy cannot be read: Is a directory'):
+    with pytest.raises(UnreadableCloud, match='folder.npy is a folder; it must be a cloud file'):
         read_cloud(tmp_path / 'folder.npy')
     with pytest.raises(UnreadableCloud, match=r'its suffix must be one of \.ply, \.pcd'):
         read_cloud(tmp_path / 'mesh.stl')
