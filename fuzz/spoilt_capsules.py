@@ -6,7 +6,7 @@ from pathlib import Path
 
 from values import HOSTILE, chance, spoilt_bytes, spoilt_record
 
-from idem_ros.capsules.capsule import NAME, TOPICS, Seen, write_capsule
+from idem_ros.capsules import NAME, TOPICS, Seen, write_capsule
 from idem_ros.messages.transform_message import matrix_of
 from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.pair import Pair

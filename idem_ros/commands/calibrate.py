@@ -187,7 +187,7 @@ def _recorded(args):
         recorded_rig,
         sightings_in,
     )
-    from idem_ros.calibration.recorded_strides import strides_in
+    from idem_ros.calibration.relative_motions import strides_in
     from idem_ros.calibration.sighting_messages import preparing
 
     prepare = preparing(config_from(args, PreprocessingConfig))

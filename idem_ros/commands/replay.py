@@ -104,7 +104,7 @@ def run(args):
 
 
 def _of_capsule(bag):
-    from idem_ros.capsules.capsule import read_capsule
+    from idem_ros.capsules import read_capsule
 
     return read_capsule(bag) or (None, {})
 

@@ -92,8 +92,7 @@ class Capsules:
 
 def _writing() -> tuple[Any, Any, Any]:
     """Return what writes capsules: who keeps none does not pay for rosbags and the schema."""
-    from idem_ros.capsules.capsule import Seen
-    from idem_ros.capsules.folder import keep
+    from idem_ros.capsules import Seen, keep
     from idem_ros.recording.messages import typestore
     from idem_ros.replay.settings import Settings
 

@@ -131,8 +131,6 @@ def _is_same(a, b):
     return stamp_ns(a) == stamp_ns(b) and bytes(a.data) == bytes(b.data)
 
 
-
-
 class Truths:
     """The truth of each stamp, which may come before its source or after; 112 bytes of each.
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from recordings import scans
 
-from idem_ros.capsules.capsule import LaterCapsule, Seen, read_capsule, write_capsule
+from idem_ros.capsules import LaterCapsule, Seen, read_capsule, write_capsule
 from idem_ros.commands.main import main
 from idem_ros.core import RegistrationConfig
 from idem_ros.core.geometry.se3 import exp

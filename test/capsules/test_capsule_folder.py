@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from recordings import scans
 
-from idem_ros.capsules.capsule import Seen
-from idem_ros.capsules.folder import keep
+from idem_ros.capsules import Seen, keep
 from idem_ros.files.atomic_file import UnwritableFile
 from idem_ros.pairing.guesses import Guess
 from idem_ros.pairing.pair import Pair

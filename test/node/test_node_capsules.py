@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from rclpy.parameter import Parameter
 
-from idem_ros.capsules.capsule import read_capsule
+from idem_ros.capsules import read_capsule
 from idem_ros.core import InvalidConfig
 from idem_ros.messages.transform_message import matrix_of
 from idem_ros.node.capsules import QUIET, Capsules

@@ -1,10 +1,13 @@
 """A capsule: clouds, guess, result, parameters and the last diagnostics of one source, as an MCAP.
 
 It is a recording of one pair, with the result of refining it attached as in those of `idem replay
---out`: whatever takes a recording or a result takes a capsule.
+--out`: whatever takes a recording or a result takes a capsule. The folder that capsules are kept
+in is bounded in number and bytes, the oldest goes first.
 """
 
+import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
 
@@ -13,6 +16,7 @@ from numpy.typing import NDArray
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.core.geometry.se3 import transform_points
+from idem_ros.files.atomic_file import UnwritableFile
 from idem_ros.messages.pointcloud2 import read_points
 from idem_ros.messages.transform_message import stamp_ns
 from idem_ros.pairing.guesses import GuessConfig
@@ -39,6 +43,8 @@ NAME, VERSION = 'idem_capsule', '1'
 TOPICS = Topics('/target', '/source', '/initial_guess', None)
 MOST_BYTES = 2**26  # of a target: of a larger one, a map, what the source may reach is kept
 MARGIN = 20.0  # radii around the source
+# only what is named so is ever deleted
+OURS = re.compile(r'idem_capsule_(\d{20})_\d{3}_[a-z_]+\.mcap')
 
 
 class LaterCapsule(IdemError):
@@ -186,3 +192,56 @@ def _near(target, refinement) -> NDArray:
     points = read_points(target).points
     inside = ((points >= low) & (points < high)).all(axis=1)
     return points[inside] if inside.any() else points
+
+
+def keep(folder, seen, most, most_bytes):
+    """Write a capsule into a folder, and delete the oldest capsules beyond the bounds.
+
+    Args:
+        folder: it is made where its parent exists.
+        seen: `Seen`.
+        most: capsules that may be in it.
+        most_bytes: that they may have together; the newest stays in any case.
+
+    Returns:
+        The `Path` of the capsule.
+
+    Raises:
+        UnwritableFile: it cannot be written; what was there is as it was.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise UnwritableFile(f'cannot make the folder {folder}: {error.strerror}') from error
+    path = _free_name(folder, seen)
+    write_capsule(path, seen)
+    _leave(folder, path, most, most_bytes)
+    return path
+
+
+def _free_name(folder, seen):
+    said = seen.refinement.result.assessment if seen.refinement else None
+    if seen.refinement is None:
+        what = 'refused'
+    else:
+        what = seen.refinement.result.status.value if said is None else said.verdict.value
+    stamp = max(seen.pair.stamp, 0)
+    names = (f'idem_capsule_{stamp:020d}_{k:03d}_{what}.mcap' for k in range(1000))
+    for name in names:
+        if not (folder / name).exists():
+            return folder / name
+    raise UnwritableFile(f'{folder} holds a thousand capsules of the stamp {stamp}')
+
+
+def _leave(folder, newest, most, most_bytes):
+    ours = [path for path in folder.iterdir() if OURS.fullmatch(path.name)]
+    known = [(path.stat(), path) for path in ours if path.is_file() and not path.is_symlink()]
+    number, size = 1, newest.stat().st_size
+    by_age = sorted(known, key=lambda each: (each[0].st_mtime_ns, each[1].name), reverse=True)
+    for stat, path in by_age:
+        if path == newest:
+            continue
+        number, size = number + 1, size + stat.st_size
+        if number > most or size > most_bytes:
+            path.unlink(missing_ok=True)

@@ -1,1 +1,0 @@
-"""One source that went wrong, kept as it was: a small recording that says its own result."""
