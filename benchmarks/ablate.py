@@ -1,4 +1,7 @@
-"""What each tuned number is worth: all is run again with its neutral value, on unseen cases."""
+"""What each tuned number is worth: all is run again with its neutral value, on unseen cases.
+
+What no registration asked for is not run again: it cannot change the result.
+"""
 
 from collections import defaultdict
 from dataclasses import dataclass, fields, replace
@@ -118,27 +121,55 @@ def _measured(unseen: Unseen, chosen):
     """Return [((number, group, level), `Run`), ...] of a case, as tuned and without each."""
     case = unseen.build()
     given, auto = RegistrationConfig(voxel_size=case.voxel_size), RegistrationConfig()
-    tunings = {AS_TUNED: (given, {})}
-    if any(number.acts_on_auto for number in chosen):
-        tunings[AT_AUTO] = auto, {}
-    for number in chosen:
-        whole = SolverTuning() if number.of == 'tuning' else TrustTuning()
-        without = {number.of: replace(whole, **{number.name: number.neutral})}
-        tunings[number.name] = auto if number.acts_on_auto else given, without
+    of_auto = [number for number in chosen if number.acts_on_auto]
+    of_given = [number for number in chosen if not number.acts_on_auto]
     found = []
     register(case.target, case.source, case.truth, given)  # so that none bears the first's costs
     for level, (degrees, multiple) in STARTS.items():
         rng = np.random.default_rng(crc32(f'{case.name} {level}'.encode()))
         guess = displaced(case.truth, case.centroid, degrees, multiple * case.spacing, rng)
-        for name, (config, tuning) in tunings.items():
-            begin = thread_time()
-            result = register(case.target, case.source, guess, config, **tuning)
-            ms = 1e3 * (thread_time() - begin)
-            found.append(((name, unseen.group, level), _run(unseen, case, result, ms)))
+        runs = _runs(unseen, case, guess, given, of_given, AS_TUNED)
+        if of_auto:
+            runs |= _runs(unseen, case, guess, auto, of_auto, AT_AUTO)
+        found += [((name, unseen.group, level), run) for name, run in runs.items()]
     return found
 
 
-def _run(unseen, case, result, ms):
+def _runs(unseen, case, guess, config, chosen, tuned):
+    """Return {name: `Run`}: as tuned, by that name, and without each number.
+
+    Without one that was not asked for as tuned it is the same run.
+    """
+    whole, asked = _watched()
+    runs = {tuned: _run(unseen, case, guess, config, tuning=whole)}
+    for number in chosen:
+        if number.of == 'tuning' and number.name not in asked:
+            runs[number.name] = runs[tuned]
+            continue
+        record = SolverTuning() if number.of == 'tuning' else TrustTuning()
+        without = {number.of: replace(record, **{number.name: number.neutral})}
+        runs[number.name] = _run(unseen, case, guess, config, **without)
+    return runs
+
+
+def _watched():
+    """Return a `SolverTuning`, and the set of names of its numbers that are asked for."""
+    asked = set()
+
+    class Watched(SolverTuning):
+        """Notes what is asked for."""
+
+        def __getattribute__(self, name):
+            asked.add(name)
+            return super().__getattribute__(name)
+
+    return Watched(), asked
+
+
+def _run(unseen, case, guess, config, **tuning):
+    begin = thread_time()
+    result = register(case.target, case.source, guess, config, **tuning)
+    ms = 1e3 * (thread_time() - begin)
     off = errors(case, result.T_target_source)
     return Run(
         off[0],

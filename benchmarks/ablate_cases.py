@@ -3,6 +3,7 @@
 The benchmarks of accuracy and of trust draw from seeds below 1 000 and from other real scans.
 """
 
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import partial
 
@@ -12,6 +13,7 @@ from benchmarks.case import Case, succeeded
 from benchmarks.conditions import CONDITIONS, condition
 from benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from benchmarks.new_scans import scan_sets
+from benchmarks.trust.sensors import place_case
 from benchmarks.tunnels.trials import setup
 from idem_ros.simulation.body import random_body
 
@@ -55,10 +57,25 @@ class Unseen:
         return rotation_deg < self.right[0] and translation_m < self.right[1]
 
 
-def unseen(quick=False):
-    """Return all `Unseen` cases; those of the real scans where they lie beside the checkout."""
-    found = [*_real(), *_simulated(), *_in_tunnels(), *_sampled()]
-    return found[::20] if quick else found
+def unseen(quick=False, trials=None):
+    """Return all `Unseen` cases; those of the real scans where they lie beside the checkout.
+
+    quick: few of them.
+    trials: of each group at most so many, drawn; None: all.
+    """
+    found = [*_real(), *_simulated(), *_in_tunnels(), *_in_places(), *_sampled()]
+    found = found[::20] if quick else found
+    return found if trials is None else [*_some_of_each(found, trials)]
+
+
+def _some_of_each(cases, trials):
+    groups = defaultdict(list)
+    for case in cases:
+        groups[case.group].append(case)
+    rng = np.random.default_rng(FIRST_SEED)
+    for of_group in groups.values():
+        for k in sorted(rng.permutation(len(of_group))[:trials]):
+            yield of_group[k]
 
 
 def _real():
@@ -79,10 +96,17 @@ def _simulated():
 
 
 def _in_tunnels():
-    """Yield tunnels with niches and facades with posts: few surfaces tell the way along them."""
-    for name in ('niches', 'posts'):
+    """Yield tunnels and facades, with niches, posts, or nothing that tells the way along them."""
+    for name in ('niches', 'posts', 'bare_tunnel', 'two_facades'):
         for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
             yield Unseen(name, partial(_in_tunnel, name, seed))
+
+
+def _in_places():
+    """Yield open country, which slopes that lean a little hold."""
+    for name in ('field', 'motorway'):
+        for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+            yield Unseen(name, partial(place_case, name, seed))
 
 
 def _in_tunnel(name, seed):

@@ -12,6 +12,7 @@ from idem_ros.terminal.markdown import table
 ERRORS = {'rotation': 50, 'rotation p90': 90, 'translation': 50, 'translation p90': 90}
 HEADER = (
     *('number', 'tuned', 'neutral', 'pairs', 'changed', 'right only with / without it'),
+    'aligned but wrong',
     *(f'{name} without / with' for name in ERRORS),
     'time',
 )
@@ -30,17 +31,19 @@ NEAR = next(iter(STARTS))
 TELLING = 0.01  # of a ratio: what is nearer to 1 is no difference, however sure
 
 
-def ablation_markdown(chosen, compared):
+def ablation_markdown(chosen, compared, trials=None):
     """Return the tables of `Compared` runs.
 
     Args:
         chosen: the `Number`s.
         compared: of `ablate`.
+        trials: cases of each kind at most; None: all that there are.
     """
     of = {each.name: [c for c in compared if c.number == each.name] for each in chosen}
     solver = [_row(each, of[each.name]) for each in chosen if each.of == 'tuning']
     trust = [_trust_row(each, of[each.name]) for each in chosen if each.of == 'trust']
-    parts = ['## Ablation\n', NOTE]
+    few = f'\nOf each kind of case {trials} are drawn.\n' if trials else ''
+    parts = ['## Ablation\n', NOTE + few]
     if solver:
         parts += [table(HEADER, solver), '### Beyond chance, by kind of case\n']
         lines = [_beyond(each, of[each.name]) for each in chosen if each.of == 'tuning']
@@ -64,8 +67,14 @@ def _row(number, compared):
     ratios = (_told(_ratio(near, name)) for name in ERRORS)
     return (
         *(number.name, f'{number.value:g}', f'{number.neutral:g}', len(pairs), changed),
-        *(f'{lost} / {gained}', *ratios, f'{time:.2f}'),
+        *(f'{lost} / {gained}', _alarms(pairs), *ratios, f'{time:.2f}'),
     )
+
+
+def _alarms(pairs):
+    """Return how many are called aligned but are wrong, with a number and without it."""
+    sides = zip(*pairs, strict=True)
+    return ' → '.join(str(sum(run.aligned and not run.right for run in side)) for side in sides)
 
 
 def _differ(a, b):
@@ -100,6 +109,9 @@ def _beyond(number, compared):
         lost = sum(a.right and not b.right for a, b in pairs)
         gained = sum(b.right and not a.right for a, b in pairs)
         told = [f'right only with it {lost}, only without {gained}'] if lost + gained else []
+        alarms = _alarms(pairs)
+        if len(set(alarms.split(' → '))) > 1:
+            told.append(f'aligned but wrong {alarms}')
         for name in ERRORS:
             ratio = _ratio(near, name)
             if ratio and (ratio[1] > 1.0 + TELLING or ratio[2] < 1.0 - TELLING):

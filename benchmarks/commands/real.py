@@ -8,6 +8,7 @@ from benchmarks.commands.outputs import (
     add_output_options,
     check_jobs,
     check_outputs,
+    check_trials,
     write,
 )
 from idem_ros.commands.options import add_config_options, config_from
@@ -34,6 +35,12 @@ def add_parsers(kinds, own):
     )
     ablate.add_argument('--number', action='append', metavar='NAME', help='only this one')
     ablate.add_argument('--cases', metavar='PATTERN', help='only kinds of cases that hold this')
+    ablate.add_argument(
+        '--trials',
+        type=int,
+        metavar='N',
+        help='cases of each kind at most, drawn (default: all)',
+    )
     add_jobs(ablate)
     add_output_options(ablate)
     ablate.set_defaults(run=_ablate)
@@ -67,18 +74,24 @@ def _ablate(args):
 
     check_outputs(args)
     check_jobs(args)
+    check_trials(args)
     known = [number.name for number in numbers()]
     for name in args.number or ():
         if name not in known:
             raise UsageError(f'--number is {name!r}; there are {", ".join(known)}')
     pattern = f'*{(args.cases or "").lower()}*'
-    cases = [case for case in unseen(args.quick) if fnmatchcase(case.group.lower(), pattern)]
+    cases = [
+        case
+        for case in unseen(args.quick, args.trials)
+        if fnmatchcase(case.group.lower(), pattern)
+    ]
     if not cases:
         groups = ', '.join(dict.fromkeys(case.group for case in unseen()))
         raise UsageError(f'--cases is {args.cases!r}, which no kind bears; there are {groups}')
     chosen = numbers(args.number)
     compared = ablate(cases, chosen, args.jobs, progress)
-    text = ablation_markdown(chosen, compared) + QUICK.format('few cases') * args.quick
+    text = ablation_markdown(chosen, compared, args.trials)
+    text += QUICK.format('few cases') * args.quick
     write(args, compared_record(compared), text)
     print(text)
     return OK

@@ -1,4 +1,5 @@
 import json
+from collections import Counter
 from functools import partial
 
 import numpy as np
@@ -61,16 +62,27 @@ def test_ablate_runs_the_same_starts_with_and_without_a_number():
     assert len(json.loads(json.dumps(compared_record(compared)))['compared']) == len(STARTS)
 
 
+def test_what_a_registration_does_not_ask_for_is_not_run_again():
+    for each in ablate([Unseen('small', small_case)], numbers(['pattern_votes'])):
+        assert each.tuned == each.neutral, each.level
+
+
+def test_of_each_kind_as_many_cases_are_drawn_as_asked_for():
+    of_all, drawn = (Counter(case.group for case in unseen(trials=n)) for n in (None, 2))
+    assert drawn == {group: min(count, 2) for group, count in of_all.items()}
+
+
 def test_the_report_tells_what_is_lost_and_what_is_beyond_chance():
     tuned = tuple(run(0.1 + 0.001 * k) for k in range(20)) + (run(),)
     neutral = tuple(run(0.2 + 0.001 * k, ms=5.0) for k in range(20)) + (run(9.0, right=False),)
     text = ablation_markdown([NUMBER], [Compared('width', 'bodies', 'near', tuned, neutral)])
     (row,) = (line for line in text.splitlines() if line.startswith('| width'))
     cells = [cell.strip() for cell in row.split('|')[1:-1]]
-    assert cells[1:6] == ['2', '1', '21', '21', '1 / 0']
-    assert cells[8].startswith('1.00')
-    assert float(cells[6].split()[0]) == pytest.approx(1.9, abs=0.1)
-    assert '- width, bodies (21): right only with it 1, only without 0; rotation 1.9' in text
+    assert cells[1:7] == ['2', '1', '21', '21', '1 / 0', '0 → 1']
+    assert cells[9].startswith('1.00')
+    assert float(cells[7].split()[0]) == pytest.approx(1.9, abs=0.1)
+    lost = 'right only with it 1, only without 0; aligned but wrong 0 → 1'
+    assert f'- width, bodies (21): {lost}; rotation 1.9' in text
 
 
 def test_a_number_that_changes_nothing_is_beyond_chance_nowhere():
@@ -88,7 +100,10 @@ def test_the_report_of_trust_counts_verdicts():
     assert [cell.strip() for cell in row.split('|')[5:8]] == ['1 → 1', '0 → 1', '0 → 0']
 
 
-@pytest.mark.parametrize('wrong', [['--number', 'nosuch'], ['--cases', 'nosuch'], ['--jobs', '0']])
+@pytest.mark.parametrize(
+    'wrong',
+    [['--number', 'nosuch'], ['--cases', 'nosuch'], ['--jobs', '0'], ['--trials', '0']],
+)
 def test_what_ablate_does_not_know_is_refused(wrong, capsys):
     assert main(['ablate', *wrong]) == 2
     assert wrong[0] in capsys.readouterr().err
