@@ -22,7 +22,6 @@ NOISE = 0.02  # [m]
 STOPS = 41
 GUESS_DEG, GUESS_M = 1.5, 0.3
 ODOMETRY_ERROR = 0.05  # of each component of the twist, standard deviation
-ROS_ORDER = [3, 4, 5, 0, 1, 2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +67,7 @@ def sweep(kind, seed):
     seen, times = moving_scan(scene, begin, twist, SWEEP, lidar, rng)
     # of the points, as `motion_reference` has it: half a column before that of the turn
     middle = reference_time(times, 'middle')
-    truth = se3.inverse(poses[here]) @ begin @ se3.exp(middle * twist[ROS_ORDER])
+    truth = se3.inverse(poses[here]) @ begin @ se3.exp(middle * twist[se3.ROS_ORDER])
     still = scan(scene, poses[here] @ truth, lidar, rng)
     off = GUESS_M if kind != 'room' else GUESS_M / 3
     return Sweep(

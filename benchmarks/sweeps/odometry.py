@@ -5,7 +5,7 @@ from importlib import import_module
 import numpy as np
 
 from benchmarks.goal import Goal
-from benchmarks.sweeps.cases import NOISE, ROS_ORDER, SWEEP
+from benchmarks.sweeps.cases import NOISE, SWEEP
 from idem_ros.core import Cloud, register, undistort
 from idem_ros.core.geometry import se3
 from idem_ros.simulation.drive import moving_drive
@@ -50,7 +50,7 @@ def _ours(scans, poses, twists, config):
     """Return the median error of a scan's translation, each against the scans before, undone."""
     config = config(VOXEL, 'solve')
     first = twists[0]
-    path, twist, step, kept = [np.eye(4)], first, se3.exp(SWEEP * first[ROS_ORDER]), []
+    path, twist, step, kept = [np.eye(4)], first, se3.exp(SWEEP * first[se3.ROS_ORDER]), []
     for points, times in scans:
         T, source = path[-1] @ step, Cloud(points, times)
         if kept:
@@ -58,7 +58,7 @@ def _ours(scans, poses, twists, config):
             T, twist = found.T_target_source, found.twist
         undone = undistort(points, times, twist, 'middle')
         kept.append(se3.transform_points(T, undone))
-        step = se3.exp(SWEEP * twist[ROS_ORDER])
+        step = se3.exp(SWEEP * twist[se3.ROS_ORDER])
         path.append(T)
     return _error(path[1:], poses, twists, MIDDLE)
 
@@ -74,7 +74,7 @@ def _of_kiss(scans, poses, twists):
     config.data.max_range, config.data.min_range = 50.0, 1.0
     config.data.deskew, config.mapping.voxel_size = True, VOXEL
     kiss, path = KissICP(config), []
-    kiss.last_delta = se3.exp(SWEEP * twists[0][ROS_ORDER])
+    kiss.last_delta = se3.exp(SWEEP * twists[0][se3.ROS_ORDER])
     for points, times in scans:
         kiss.register_frame(points, times / SWEEP)
         path.append(kiss.last_pose.copy())
@@ -83,7 +83,7 @@ def _of_kiss(scans, poses, twists):
 
 def _error(path, poses, twists, at):
     """Return the median error of the translations from scan to scan [m]."""
-    true = [T @ se3.exp(at * w[ROS_ORDER]) for T, w in zip(poses, twists, strict=False)]
+    true = [T @ se3.exp(at * w[se3.ROS_ORDER]) for T, w in zip(poses, twists, strict=False)]
     errors = []
     for k in range(SETTLED, len(path) - 1):
         moved, truly = (se3.inverse(way[k]) @ way[k + 1] for way in (path, true))

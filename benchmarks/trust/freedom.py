@@ -14,7 +14,6 @@ from idem_ros.core.geometry import se3
 OFF = (1.0, 0.05)  # [deg], [m], of the start
 VOXELS = (None, 0.15)
 RIGHT_DEG = 5.0  # between the subspace that was found and the true one
-ROS_ORDER = [3, 4, 5, 0, 1, 2]
 
 
 class Freedom(NamedTuple):
@@ -34,11 +33,11 @@ def freedom(name, seed):
     result = register(case.target, case.source, start, config)
     arm = float(np.sqrt(np.mean(np.sum(case.target**2, axis=1))))
     scale = np.repeat([1.0, arm], 3)
-    free = np.array(BARE_SCENES[name][1]).reshape(-1, 6)[:, ROS_ORDER]
+    free = np.array(BARE_SCENES[name][1]).reshape(-1, 6)[:, se3.ROS_ORDER]
     found = len(free) == len(result.free_motions)
     if found and len(free):
         angles = subspace_angles((free * scale).T, (result.free_motions * scale).T)
         found = bool(np.degrees(angles.max()) < RIGHT_DEG)
-    moved = se3.log(result.T_target_source @ se3.inverse(start))[ROS_ORDER] * scale
+    moved = se3.log(result.T_target_source @ se3.inverse(start))[se3.ROS_ORDER] * scale
     along = np.linalg.norm(free / np.maximum(np.abs(free).max(axis=1, keepdims=True), 1) @ moved)
     return Freedom(name, found, float(along) if len(free) else 0.0)

@@ -15,7 +15,6 @@ STILL = 0.02, 0.2  # [m/s], [deg/s]: of a rig that stands
 ROUNDS = 3
 # of the variance of two instants that see the same from two places: by rigs in streets and rooms
 COMMON = 1.0 / 3.0
-ORDER = [3, 4, 5, 0, 1, 2]  # (omega, v) <-> x y z rx ry rz
 POINTS = 3000  # of a cloud, that are looked at
 REACH = 3.0  # times how far points of a cloud are apart: what is nearer is seen by both
 AROUND = 8  # points that tell how a surface lies
@@ -73,7 +72,7 @@ def motion_at_time(when, spread, measured, neighbours, config):
             nearer = neighbours[:1]
             return motion_at_time(when, spread, measured, nearer, config) if steps[1:] else None
         guesses = [step.T_target_source for step in steps]
-        rates = np.array([se3.log(T)[ORDER] for T in guesses]) / np.diff(stamps)[:, None]
+        rates = np.array([se3.log(T)[se3.ROS_ORDER] for T in guesses]) / np.diff(stamps)[:, None]
     between = np.diff(stamps)[:, None, None]
     covariances = [step.assessment.covariance for step in steps] / between**2
     twist = _even_change(stamps, rates, np.array([when]))[0]
@@ -107,7 +106,7 @@ def is_still(twist):
 
 def twist_at(pose, twist):
     """Return the twist of a sensor in its own axes: twist (6,) of the rig, pose (4, 4) in it."""
-    return (se3.adjoint(se3.inverse(pose)) @ twist[ORDER])[ORDER]
+    return (se3.adjoint(se3.inverse(pose)) @ twist[se3.ROS_ORDER])[se3.ROS_ORDER]
 
 
 def at_one_time(measured, pose, twist):

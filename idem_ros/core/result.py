@@ -17,7 +17,6 @@ from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.status import Status
 from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.observability import Observability
-from idem_ros.core.trust.pose_twist import ROS_ORDER
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 
 
@@ -123,7 +122,7 @@ def result_at(
         overlap_target=agreement.overlap.of_target,
         radius=descent.cost.balls.radius,
         information=_in_ros_order(solution.matrix, origin),
-        motions=(se3.adjoint(se3.translation(origin)) @ observability.motions).T[:, ROS_ORDER],
+        motions=(se3.adjoint(se3.translation(origin)) @ observability.motions).T[:, se3.ROS_ORDER],
         observable=observability.observable,
         termination=solution.termination,
         confidence=descent.confidence,
@@ -149,4 +148,4 @@ def _status(solution: Solution, agreement: Agreement, observability: Observabili
 def _in_ros_order(matrix: Matrix6, origin: Point) -> Matrix6:
     """Move the matrix from the target's origin to its frame, and put the translation first."""
     to_origin = se3.adjoint(se3.translation(-origin))
-    return (to_origin.T @ matrix @ to_origin)[np.ix_(ROS_ORDER, ROS_ORDER)]
+    return (to_origin.T @ matrix @ to_origin)[np.ix_(se3.ROS_ORDER, se3.ROS_ORDER)]

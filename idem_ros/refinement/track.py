@@ -11,7 +11,6 @@ from idem_ros.core.geometry.se3 import inverse, inverses
 from idem_ros.core.geometry.undistortion import moved_in_time
 
 STEPS = 512  # of a sweep, between which a motion is linear: off by 1e-7 of a range at 90 deg/s
-ROS_ORDER = [3, 4, 5, 0, 1, 2]  # x y z rx ry rz of (omega, v), and back
 
 
 @dataclass(frozen=True)
@@ -72,12 +71,12 @@ class Track:
 
 def twist_of(motion, duration):
     """Return the constant twist (6,), x y z rx ry rz a second, of a (4, 4) motion so long [s]."""
-    return se3.log(motion)[ROS_ORDER] / duration
+    return se3.log(motion)[se3.ROS_ORDER] / duration
 
 
 def motion_by(twist, duration):
     """Return the (4, 4) motion by a twist (6,), x y z rx ry rz per second, for so long [s]."""
-    return se3.exp(np.asarray(twist, dtype=np.float64)[ROS_ORDER] * duration)
+    return se3.exp(np.asarray(twist, dtype=np.float64)[se3.ROS_ORDER] * duration)
 
 
 def _exp(twists):

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.geometry.se3 import inverse, log, rotate
+from idem_ros.core.geometry.se3 import ROS_ORDER, inverse, log, rotate
 
 HEIGHT_M = 1.8  # of the sensor above the route
 SWAY_DEG, BOUNCE_M = 0.7, 0.02
@@ -86,7 +86,7 @@ def moving_drive(scene, scans, rng, speed, turn_rate=0.0, sweep_s=0.1):
     yaw = yaw + turn_rate * WEAVE_S / (2 * np.pi) * np.sin(way)
     poses = _poses(position, np.column_stack([yaw, pitch - climb, roll]))
     steps = [log(inverse(T) @ after) for T, after in itertools.pairwise(poses)]
-    return poses, np.array(steps)[:, [3, 4, 5, 0, 1, 2]] / sweep_s
+    return poses, np.array(steps)[:, ROS_ORDER] / sweep_s
 
 
 def perturbed(T, rotation_deg, translation_m, rng):

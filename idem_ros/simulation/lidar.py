@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from idem_ros.core.exceptions import InvalidConfig
-from idem_ros.core.geometry.se3 import checked_transform, exp, rotate
+from idem_ros.core.geometry.se3 import ROS_ORDER, checked_transform, exp, rotate
 from idem_ros.simulation.raycast import cast
 
 
@@ -98,7 +98,7 @@ def moving_scan(scene, T_world_sensor, twist, sweep_s, lidar, rng):
     times = sweep_s * np.arange(steps) / steps
     rays, origins = np.empty_like(directions), np.empty_like(directions)
     for k, time in enumerate(times):
-        there = pose @ exp(time * np.asarray(twist, np.float64)[[3, 4, 5, 0, 1, 2]])
+        there = pose @ exp(time * np.asarray(twist, np.float64)[ROS_ORDER])
         rays[k::steps] = rotate(there[:3, :3], directions[k::steps])
         origins[k::steps] = there[:3, 3]
     ranges = cast(scene, origins, rays, lidar.max_range_m)

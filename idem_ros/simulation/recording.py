@@ -92,7 +92,7 @@ def moving_messages(scene, motion, scans, map_points, rng):
         yield posed('/initial_guess', stamp, GUESS_DELAY, guess)
         yield posed('/ground_truth', stamp, TRUTH_DELAY, pose)
         told = motion.sweep_s * twist * (1.0 + ODOMETRY_ERROR * rng.normal(size=6))
-        guess = guess @ se3.exp(told[[3, 4, 5, 0, 1, 2]])
+        guess = guess @ se3.exp(told[se3.ROS_ORDER])
     stamp = START + takes * (scans + 1)
     yield posed('/initial_guess', stamp, GUESS_DELAY, guess)
     yield posed('/ground_truth', stamp, TRUTH_DELAY, poses[-1])

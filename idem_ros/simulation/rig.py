@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from idem_ros.core.geometry.se3 import adjoint, exp, inverse
+from idem_ros.core.geometry.se3 import ROS_ORDER, adjoint, exp, inverse
 from idem_ros.recording.messages import cloud_message, tf_message, transform_message
 from idem_ros.simulation.drive import drive, moving_drive, perturbed
 from idem_ros.simulation.lidar import Lidar, moving_scan, scan
@@ -16,7 +16,6 @@ TILT_DEG = 8.0
 FULL_DEG, SHARED = 360.0, 1.9  # of the horizon; what each sees more than its share
 START_DEG, START_M = 5.0, 0.1  # that the mounts are off what is told of them
 LATE_NS = 13 * 10**6  # each sensor after the one before it, where they drive
-ORDER = [3, 4, 5, 0, 1, 2]  # x y z rx ry rz <-> (omega, v)
 BASE = 'base_link'
 SENSOR = Lidar(azimuth_steps=900, lowest_deg=-25.0, highest_deg=15.0)
 
@@ -120,8 +119,8 @@ def _driving(scene, rig, motion, scans, rng):
         for k, mounted in enumerate(rig):
             late = k * LATE_NS
             stamp = START + takes * (i + 1) + late
-            at = pose @ exp(late / 1e9 * twist[ORDER]) @ mounted.T_rig_sensor
-            own = (adjoint(inverse(mounted.T_rig_sensor)) @ twist[ORDER])[ORDER]
+            at = pose @ exp(late / 1e9 * twist[ROS_ORDER]) @ mounted.T_rig_sensor
+            own = (adjoint(inverse(mounted.T_rig_sensor)) @ twist[ROS_ORDER])[ROS_ORDER]
             points, times = moving_scan(scene, at, own, motion.sweep_s, mounted.lidar, rng)
             kept = seen_by(mounted, points)
             columns = {'time': times[kept].astype(np.float32)}

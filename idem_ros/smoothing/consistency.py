@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Integers, Mask, Points, Weights
-from idem_ros.core.geometry.grid import build_grid
+from idem_ros.core.geometry.grid import CELL_MARGIN, build_grid
 from idem_ros.core.metric.moments import TIE, moments_around
 
 LEAST = 5.0  # points of a scan in a cell, that tell its own variance
@@ -102,7 +102,7 @@ def entropy_of(points: Points, weights: Weights, inside: Mask, radius: float) ->
         inside: (N,) which are centres; the others are members of balls only.
         radius: of the balls.
     """
-    grid, order = build_grid(points, radius * (1.0 + 1e-9))
+    grid, order = build_grid(points, radius * CELL_MARGIN)
     unit, own = np.empty((2, len(points), 10))
     ordered = np.ascontiguousarray(weights[order])
     moments_around(grid.points, grid, ordered, radius * radius * TIE, unit, own)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.core import Cloud, PosePrior
-from idem_ros.core.geometry.se3 import inverse, log
+from idem_ros.core.geometry.se3 import ROS_ORDER, inverse, log
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.several.pose_graph import solve_graph
 from idem_ros.core.several.system import parts_of
@@ -17,7 +17,6 @@ from idem_ros.smoothing.keyframes import SHARE_OF_RANGE
 
 ROUNDS = 3  # of looking for loops where the last ones have brought the keyframes
 AT_ONCE = 8  # pairs of a task
-ORDER = [3, 4, 5, 0, 1, 2]  # (omega, v) <-> x y z rx ry rz
 SIGMAS = 3.0  # from where a step is contradicted
 LOOKED_AT = 4  # keyframes that tell the size of voxels
 
@@ -62,7 +61,7 @@ class Smoothed:
             return True
         k = relation.i
         (step,) = priors_of(self.given[k : k + 2], self.sigmas[k : k + 1])
-        off = log(inverse(step.transform) @ relation.T_i_j)[ORDER]
+        off = log(inverse(step.transform) @ relation.T_i_j)[ROS_ORDER]
         square = off @ np.linalg.solve(step.covariance + relation.covariance, off)
         return square > 6 * SIGMAS**2
 

@@ -19,6 +19,7 @@ from idem_ros.core.jit import inlined, kernel
 CELLS_PER_POINT = 8  # few periods lie over one another; the table still fits in a core's cache
 MOST_ROWS = 18  # three by three of three cells each, and as many that end a period
 LEAST_BITS = 3  # eight cells along each axis: the seven around a point never coincide
+CELL_MARGIN = 1.0 + 1e-9  # of a radius: rounding must not put a neighbour two cells off
 
 
 class Grid(NamedTuple):

@@ -22,6 +22,7 @@ from idem_ros.core.jit import inlined, kernel
 
 ORTHONORMALITY_TOLERANCE = 1e-3
 LAST_ROW_TOLERANCE = 1e-6  # a small translation there is a transposed matrix
+ROS_ORDER = [3, 4, 5, 0, 1, 2]  # x y z rx ry rz of a twist (omega, v), and back
 
 
 def checked_transform(transform: ArrayLike, name: str = 'T_target_source') -> Transform:

@@ -15,10 +15,9 @@ from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Integer, MomentRows, Point, Points, Weights
-from idem_ros.core.geometry.grid import build_grid_between
+from idem_ros.core.geometry.grid import CELL_MARGIN, build_grid_between
 from idem_ros.core.geometry.voxels import reduce_to_voxels
 from idem_ros.core.jit import kernel
-from idem_ros.core.metric.cloud import CELL_MARGIN
 from idem_ros.core.metric.moments import AS_MEASURED, TIE, moments_around
 
 Value = TypeVar('Value', bound=tuple[Any, ...])

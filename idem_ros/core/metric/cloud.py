@@ -22,7 +22,7 @@ from idem_ros.core.arrays import (
 from idem_ros.core.exceptions import InvalidCloud
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.fourth_neighbor import mean_fourth_neighbor_distance
-from idem_ros.core.geometry.grid import Grid, bounds, build_grid, crowding
+from idem_ros.core.geometry.grid import CELL_MARGIN, Grid, bounds, build_grid, crowding
 from idem_ros.core.geometry.undistortion import checked_times
 from idem_ros.core.geometry.voxels import reduce_to_voxels, reduce_with_times
 from idem_ros.core.metric.cached import Kept
@@ -41,7 +41,6 @@ from idem_ros.core.workers import ALONE, Workers, in_threads, spans
 Scalar = TypeVar('Scalar', bound=np.generic)
 
 KEPT = 8  # results of each kind: enough for two schedules of four stages
-CELL_MARGIN = 1.0 + 1e-9
 
 
 class Cells(NamedTuple):

@@ -13,6 +13,7 @@ from idem_ros.core.arrays import (
 )
 from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.grid import (
+    CELL_MARGIN,
     Grid,
     bounds,
     build_grid,
@@ -24,8 +25,6 @@ from idem_ros.core.geometry.grid import (
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.entropy import entropy
 from idem_ros.core.metric.moments import TIE, add_member, plus, row_of
-
-MARGIN = 1.0 + 1e-9
 
 
 def differences(
@@ -45,10 +44,10 @@ def differences(
     """
     R, t = se3.rotation_and_translation(T_target_source)
     points = _joined(np.array(target), np.array(source), R, t)
-    met = _where_they_meet(points, len(target), MARGIN * radius)
+    met = _where_they_meet(points, len(target), CELL_MARGIN * radius)
     found = np.zeros((2, len(points)))
     if len(met):
-        grid, order = build_grid(points[met], MARGIN * radius)
+        grid, order = build_grid(points[met], CELL_MARGIN * radius)
         index = met[order]
         of_grid = _differences(grid, index >= len(target), radius * radius * TIE, scale)
         found[:, index] = of_grid

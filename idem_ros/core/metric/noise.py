@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, MomentRows, Moments
+from idem_ros.core.arrays import Floats, MomentRows, Moments, Symmetric
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, trace
 from idem_ros.core.jit import inlined, kernel
 from idem_ros.core.metric.moments import covariance, row_of
@@ -90,6 +90,18 @@ def holds_line(own: Moments) -> bool:
     return not trace(adjugate(s)) > LEAST_SPREAD * trace(s) ** 2
 
 
+@inlined
+def sheet_variance(s: Symmetric, k: float) -> float:
+    """Return the squared thickness of the sheet that k points of a covariance lie in; -1: a line.
+
+    det S over the sum of its principal minors is the least eigenvalue where it is much the least.
+    """
+    minors = trace(adjugate(s))
+    if not minors > LEAST_SPREAD * trace(s) ** 2:
+        return -1.0
+    return max(determinant(s), 0.0) / minors * k / (k - 3.0)
+
+
 @kernel
 def _of_sheets(own: MomentRows) -> tuple[Floats, Floats]:
     """Return the squared thickness of those balls that hold a sheet, and all balls' members."""
@@ -101,11 +113,9 @@ def _of_sheets(own: MomentRows) -> tuple[Floats, Floats]:
             continue
         members[m] = k
         m += 1
-        s = xx, xy, xz, yy, yz, zz = covariance(row_of(own, i))
-        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
-        if minors > LEAST_SPREAD * (xx + yy + zz) ** 2:
-            # det / (sum of principal minors) is the least eigenvalue where it is much the least.
-            squares[n] = max(determinant(s), 0.0) / minors * k / (k - 3.0)
+        square = sheet_variance(covariance(row_of(own, i)), k)
+        if square >= 0.0:
+            squares[n] = square
             n += 1
     return squares[:n], members[:m]
 

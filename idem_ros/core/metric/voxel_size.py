@@ -25,10 +25,11 @@ from idem_ros.core.arrays import (
 )
 from idem_ros.core.config import AUTO, VOXEL_SIZES, RegistrationConfig
 from idem_ros.core.geometry.grid import bounds
-from idem_ros.core.geometry.symmetric3 import thinnest_axis
+from idem_ros.core.geometry.symmetric3 import scaled, thinnest_axis
 from idem_ros.core.geometry.voxels import reduce_to_voxels, voxel_of
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.moments import AS_MEASURED
+from idem_ros.core.metric.noise import LEAST_MEMBERS, sheet_variance
 from idem_ros.core.tuning import SOLVER, SolverTuning
 
 if TYPE_CHECKING:
@@ -42,8 +43,7 @@ BALL, CORE = 2, 1
 # What noise makes of a ring, along its rays, is flat and has no thickness: a fan. A surface is one
 # in the cube twice as wide, too, where that of a fan is a line, or a surface across it.
 DOUBLE, ALIKE = 2, 0.7  # steps; least cosine between the two normals
-FEWEST, MANY = 5, 10  # points that show how thick a surface is, and whether they are a line
-LEAST_SPREAD = 0.08  # of the second axis of a surface against the first, about
+MANY = 10  # points that show whether they are a line
 LEAST_CUBES = 30  # fewer say nothing of a cloud
 ALONE = 2 / 3  # of the points: voxels that are as many hold one point each
 SAMPLE = 8_000  # points, about, in cubes that are looked at whole
@@ -139,7 +139,7 @@ def fit_of(points: Points, tuning: SolverTuning = SOLVER) -> Fit | None:
     """Return the `Fit` of (N, 3) points about their middle; None: too few, or all in one place."""
     few = np.ascontiguousarray(points[:: max(len(points) // COARSE_SAMPLE, 1)])
     span = float(np.median(np.abs(few).max(axis=1)))
-    if len(points) < FEWEST or span == 0.0:
+    if len(points) < LEAST_MEMBERS or span == 0.0:
         return None
     step = _cube(few, int(np.ceil(PER_OCTAVE * np.log2(span))))
     cubes = len(_filled(few, step))
@@ -217,7 +217,7 @@ def _suits(cubes: dict[int, _Cubes], step: int, low: Point, tuning: SolverTuning
             return False
         surfaces = _are_surfaces(cubes, step + CORE, low)[many]
     else:
-        surfaces = surfaces[balls.members >= FEWEST]
+        surfaces = surfaces[balls.members >= LEAST_MEMBERS]
     return len(surfaces) < LEAST_CUBES or bool(surfaces.mean() >= tuning.least_sure)
 
 
@@ -276,19 +276,17 @@ def _within(
 def _shapes(weights: Weights) -> tuple[Floats, Points]:
     """Return thickness (M,) and normal (M, 3) of the surface in each cube; -1: there is none.
 
-    Weights (M, 7) are weight and scatter of cubes. A surface's determinant over the sum of its
-    principal minors is the least eigenvalue; three of k points fix a plane, the others its noise.
+    Weights (M, 7) are weight and scatter of cubes.
     """
     thickness, normal = np.full(len(weights), -1.0), np.zeros((len(weights), 3))
     for i in range(len(weights)):
         k = weights[i, 0]
-        if k < FEWEST:
+        if k < LEAST_MEMBERS:
             continue
-        xx, xy, xz = weights[i, 1] / k, weights[i, 2] / k, weights[i, 3] / k
-        yy, yz, zz = weights[i, 4] / k, weights[i, 5] / k, weights[i, 6] / k
-        minors = (xx * yy - xy * xy) + (xx * zz - xz * xz) + (yy * zz - yz * yz)
-        if minors > LEAST_SPREAD * (xx + yy + zz) ** 2:
-            det = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
-            thickness[i] = np.sqrt(max(det, 0.0) / minors * k / (k - 3.0))
-            normal[i, 0], normal[i, 1], normal[i, 2] = thinnest_axis((xx, xy, xz, yy, yz, zz))
+        xx, xy, xz = weights[i, 1], weights[i, 2], weights[i, 3]
+        s = scaled((xx, xy, xz, weights[i, 4], weights[i, 5], weights[i, 6]), 1.0 / k)
+        square = sheet_variance(s, k)
+        if square >= 0.0:
+            thickness[i] = np.sqrt(square)
+            normal[i, 0], normal[i, 1], normal[i, 2] = thinnest_axis(s)
     return thickness, normal

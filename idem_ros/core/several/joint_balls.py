@@ -23,7 +23,7 @@ from idem_ros.core.arrays import (
     Weights,
 )
 from idem_ros.core.geometry import symmetric3
-from idem_ros.core.geometry.grid import Grid, build_grid
+from idem_ros.core.geometry.grid import CELL_MARGIN, Grid, build_grid
 from idem_ros.core.jit import kernel
 from idem_ros.core.metric.candidates import SKIN, Candidates
 from idem_ros.core.metric.cloud import Cloud, neighbourhoods
@@ -33,7 +33,6 @@ from idem_ros.core.workers import ALONE, BLOCK, Workers, in_threads
 
 SHARES = 16  # that blocks are handed out in: sums are the same for any number of threads
 MOST_KEPT = 200_000_000  # candidates: 800 MB
-MARGIN = 1.0 + 1e-9
 
 
 class Lists(NamedTuple):
@@ -143,7 +142,7 @@ class JointBalls:
     def union_at(self, poses: Transforms) -> 'Union':
         """Return the `Union` of the clouds at poses."""
         points = _moved(self.points, self.cloud, *_rotations_and_translations(poses))
-        grid, order = build_grid(points, self.radius * MARGIN * TIE)
+        grid, order = build_grid(points, self.radius * CELL_MARGIN * TIE)
         return Union(grid, self.cloud[order], self.unit[order])
 
     def blocks(self, lists: Lists, share: int) -> Iterator[tuple[Centres, Candidates]]:
@@ -162,7 +161,7 @@ class JointBalls:
 
     def _made(self, poses: Transforms) -> Lists:
         points = _moved(self.points, self.cloud, *_rotations_and_translations(poses))
-        grid, order = build_grid(points, self.radius * (1.0 + SKIN) * MARGIN * TIE)
+        grid, order = build_grid(points, self.radius * (1.0 + SKIN) * CELL_MARGIN * TIE)
         cloud = self.cloud[order]
         centres = self._centres(grid, order, cloud)
         found = in_threads(

@@ -24,7 +24,6 @@ from idem_ros.core.several.system import parts_of
 MOST_STEPS = 50
 HALVINGS = 6  # of a step that leads up
 SHORT = 1e-9  # [rad] and [length]: a step of no use
-TO_POSE = [3, 4, 5, 0, 1, 2]  # (omega, v) to x y z rx ry rz, and back
 
 
 class PoseGraph(NamedTuple):
@@ -70,7 +69,7 @@ def solve_graph(
             converged = True
             break
     _, factors = graph.system(at, places)
-    covariances[free] = factors.inverse_diagonal()[:, TO_POSE][:, :, TO_POSE]
+    covariances[free] = factors.inverse_diagonal()[:, se3.ROS_ORDER][:, :, se3.ROS_ORDER]
     return PoseGraph(at, covariances, graph.misfits(at), converged)
 
 

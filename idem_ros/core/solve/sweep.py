@@ -19,7 +19,6 @@ from idem_ros.core.geometry.undistortion import (
 )
 from idem_ros.core.metric.cloud import Cloud
 
-ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v), and back
 SAMPLE = 2000  # points, about, that tell how far they moved
 
 
@@ -52,7 +51,7 @@ class Sweep(NamedTuple):
     def moved(self, points: Points, times: Floats, twist: Twist) -> Points:
         """Return points (N, 3), measured at times (N,), undone by a twist (omega, v) a second."""
         undone = np.empty_like(points)
-        undo(points, times, twist[ROS_ORDER], self.reference, undone)
+        undo(points, times, twist[se3.ROS_ORDER], self.reference, undone)
         return undone
 
     def poses(self, T_reference: Transform) -> Transforms:
@@ -80,7 +79,7 @@ class Sweep(NamedTuple):
         """Return the twist (6,), x y z rx ry rz a second, of the source frame."""
         if self.twist is None:
             return None
-        return (se3.adjoint(se3.translation(self.measured.origin)) @ self.twist)[ROS_ORDER]
+        return (se3.adjoint(se3.translation(self.measured.origin)) @ self.twist)[se3.ROS_ORDER]
 
     def distance(self) -> float:
         """Return how far the motion moves points, the median, in the cloud's unit."""
@@ -127,4 +126,4 @@ def sweep_of(source: Cloud, twist: ArrayLike | None, config: RegistrationConfig)
     reference = reference_time(source.times, config.motion_reference)
     begin, end = float(source.times.min()), float(source.times.max())
     given = None if twist is None else known
-    return Sweep(source, to_origin @ known[ROS_ORDER], reference, begin, end, is_solved, given)
+    return Sweep(source, to_origin @ known[se3.ROS_ORDER], reference, begin, end, is_solved, given)

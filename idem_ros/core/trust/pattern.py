@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Mask, Points
-from idem_ros.core.geometry.grid import Grid, build_grid, neighbours, room_for
+from idem_ros.core.geometry.grid import CELL_MARGIN, Grid, build_grid, neighbours, room_for
 from idem_ros.core.jit import kernel
-from idem_ros.core.metric.cloud import CELL_MARGIN, Neighbourhoods
+from idem_ros.core.metric.cloud import Neighbourhoods
 from idem_ros.core.metric.moments import point_of
-from idem_ros.core.trust.surfaces import LEAST_MEMBERS, PLAIN, own_surfaces
+from idem_ros.core.metric.noise import LEAST_MEMBERS
+from idem_ros.core.trust.surfaces import PLAIN, own_surfaces
 from idem_ros.core.workers import ALONE, Workers, in_blocks
 
 LINE = 0.1  # most of the second variance over the greatest

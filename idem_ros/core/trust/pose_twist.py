@@ -5,8 +5,6 @@ import numpy as np
 from idem_ros.core.arrays import Floats, Matrix6, Point
 from idem_ros.core.geometry import se3
 
-ROS_ORDER = [3, 4, 5, 0, 1, 2]  # of (omega, v): translation first
-
 
 def to_pose(position: Point) -> Matrix6:
     """Return (6, 6): a twist (omega, v) to x y z rx ry rz of the source frame's pose.
@@ -15,7 +13,7 @@ def to_pose(position: Point) -> Matrix6:
     """
     moved = np.eye(6)
     moved[3:, :3] = -se3.skew(position)
-    return moved[ROS_ORDER]
+    return moved[se3.ROS_ORDER]
 
 
 def pose_covariance(covariance: Matrix6, position: Point) -> Matrix6:

@@ -7,11 +7,11 @@ import numpy as np
 from idem_ros.core.arrays import Floats, RotationMatrix, Transform
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
+from idem_ros.core.metric.noise import LEAST_MEMBERS
 from idem_ros.core.solve.descent import Descent
 from idem_ros.core.solve.newton import Termination
 from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.observability import Observability
-from idem_ros.core.trust.surfaces import LEAST_MEMBERS
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Verdict, probability
 from idem_ros.core.trust_tuning import TrustTuning
 

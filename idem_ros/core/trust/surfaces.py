@@ -30,12 +30,12 @@ from idem_ros.core.metric.moments import (
     rotated,
     row_of,
 )
+from idem_ros.core.metric.noise import LEAST_MEMBERS, LEAST_SPREAD
 from idem_ros.core.workers import in_blocks
 
-LEAST_MEMBERS = 5.0  # of either cloud in a ball: three fix a plane, the others its noise
-# Of a surface: least second variance over the first, and least product of the two greater ones
-# over the squared trace: 0.08 where the second is a tenth of the third. Less is a line.
-SURFACE, PLAIN = (4.0, 0.08), (16.0, 0.14)
+# Of a surface: least second variance over the first, and of the two greater ones' product over the
+# squared trace, where less is a line: 0.08 where the second is a tenth of the third.
+SURFACE, PLAIN = (4.0, LEAST_SPREAD), (16.0, 0.14)
 ACROSS = 0.3  # least cosine of its normal to a way that it lies across
 
 

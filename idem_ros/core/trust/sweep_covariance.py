@@ -12,7 +12,7 @@ from idem_ros.core.solve.block_sums import SUMS, of_both
 from idem_ros.core.solve.centre_groups import in_turn
 from idem_ros.core.solve.cost import JointEntropy, Linearization
 from idem_ros.core.solve.linearization import NOT_MET, linearize
-from idem_ros.core.solve.sweep import ROS_ORDER, Sweep
+from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.solve.sweep_cost import MovingCost, of_common_twist, of_each_pose, of_two_poses
 from idem_ros.core.trust.covariance import FLOOR, firm_and_loose, scatter_of
 from idem_ros.core.trust.curvature import stiff_and_curved
@@ -76,7 +76,7 @@ def covariance_in_motion(
 def of_pose_and_twist(of_poses: Floats, sweep: Sweep, T: Transform) -> Floats:
     """Return the (12, 12) covariance of pose and twist, as above, by that of the two poses."""
     to_frame = se3.adjoint(se3.translation(sweep.measured.origin)) @ se3.adjoint(se3.inverse(T))
-    change = np.kron([-1.0, 1.0], to_frame[ROS_ORDER]) / (sweep.end - sweep.begin)
+    change = np.kron([-1.0, 1.0], to_frame[se3.ROS_ORDER]) / (sweep.end - sweep.begin)
     share = np.kron([1.0 - sweep.fraction, sweep.fraction], np.eye(6))
     both = np.asarray(np.concatenate([share, change]), np.float64)
     return both @ of_poses @ both.T
