@@ -13,8 +13,8 @@ from zlib import crc32
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.ablate_cases import STARTS, Unseen
-from benchmarks.case import displaced, errors
+from benchmarks.ablate_cases import STARTS
+from benchmarks.case import Unseen, displaced, errors
 from idem_ros.core import RegistrationConfig, register, warm_up
 from idem_ros.core.trust.verdict import Verdict
 from idem_ros.core.trust_tuning import TrustTuning

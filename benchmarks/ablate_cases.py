@@ -4,21 +4,17 @@ The benchmarks of accuracy and of trust draw from seeds below 1 000 and from oth
 """
 
 from collections import defaultdict
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from benchmarks.case import Case, succeeded
-from benchmarks.conditions import CONDITIONS, condition
+from benchmarks.case import Case, Unseen
+from benchmarks.conditions import CONDITIONS, UNSEEN_SEEDS, condition, of_other_body
 from benchmarks.lidar_cases import scan_to_map, scan_to_scan
 from benchmarks.new_scans import scan_sets
 from benchmarks.trust.sensors import place_case
 from benchmarks.tunnels.trials import setup
-from idem_ros.simulation.body import random_body
 
-FIRST_SEED = 1000
-SEEDS = 12  # cases of a group
 SCENES = {'street': (0.5, 0.25, 1.0), 'room': (0.1, 0.2), 'forest': (0.5,)}
 """Scenes of the simulator and the voxel sizes they are registered at [m]; maps at the first."""
 STARTS = {
@@ -29,32 +25,6 @@ STARTS = {
     'wilder': (60.0, 30.0),
 }
 """(degrees, multiple of the spacing) that guesses are off the truth."""
-
-
-@dataclass(frozen=True)
-class Unseen:
-    """One case to be, of a group whose cases are pooled.
-
-    Attributes:
-        group: its name.
-        build: function without arguments that returns the `Case`, picklable.
-        right: (degrees, length) below which a result is right; None: `succeeded` tells.
-    """
-
-    group: str
-    build: object
-    right: tuple | None = None
-
-    @property
-    def is_exact(self):
-        """Whether the truth is: that of real scans is not."""
-        return self.right is None
-
-    def is_right(self, case, rotation_deg, translation_m):
-        """Whether errors of the case that was built are below the limits."""
-        if self.right is None:
-            return succeeded(case, rotation_deg, translation_m)
-        return rotation_deg < self.right[0] and translation_m < self.right[1]
 
 
 def unseen(quick=False, trials=None):
@@ -72,7 +42,7 @@ def _some_of_each(cases, trials):
     groups = defaultdict(list)
     for case in cases:
         groups[case.group].append(case)
-    rng = np.random.default_rng(FIRST_SEED)
+    rng = np.random.default_rng(UNSEEN_SEEDS[0])
     for of_group in groups.values():
         for k in sorted(rng.permutation(len(of_group))[:trials]):
             yield of_group[k]
@@ -90,7 +60,7 @@ def _simulated():
         made = [('scan-scan', scan_to_scan, voxel) for voxel in voxel_sizes]
         made.append(('scan-map', scan_to_map, voxel_sizes[0]))
         for how, build, voxel in made:
-            for seed in range(FIRST_SEED, FIRST_SEED + SEEDS // 2):
+            for seed in UNSEEN_SEEDS[::2]:
                 name = f'unseen {kind} {how} {voxel} {seed}'
                 yield Unseen(kind, partial(build, name, kind, seed, voxel))
 
@@ -98,14 +68,14 @@ def _simulated():
 def _in_tunnels():
     """Yield tunnels and facades, with niches, posts, or nothing that tells the way along them."""
     for name in ('niches', 'posts', 'bare_tunnel', 'two_facades'):
-        for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+        for seed in UNSEEN_SEEDS:
             yield Unseen(name, partial(_in_tunnel, name, seed))
 
 
 def _in_places():
     """Yield open country, which slopes that lean a little hold."""
     for name in ('field', 'motorway'):
-        for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+        for seed in UNSEEN_SEEDS:
             yield Unseen(name, partial(place_case, name, seed))
 
 
@@ -117,10 +87,6 @@ def _in_tunnel(name, seed):
 
 def _sampled():
     for name in CONDITIONS:
-        for seed in range(FIRST_SEED, FIRST_SEED + SEEDS):
+        for seed in UNSEEN_SEEDS:
             yield Unseen(name, partial(condition, name, seed))
-            yield Unseen(f'other bodies: {name}', partial(_of_other_body, name, seed))
-
-
-def _of_other_body(name, seed):
-    return condition(name, seed, random_body(np.random.default_rng(seed)))
+            yield Unseen(f'other bodies: {name}', partial(of_other_body, name, seed))

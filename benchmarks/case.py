@@ -99,3 +99,29 @@ def displacement(case, rotation_deg, translation_m):
     """Return both errors as one: about how far they move the source's points, in spacings."""
     reach = np.sqrt(np.mean(np.sum((case.source - case.centroid) ** 2, axis=1)))
     return float(np.hypot(translation_m, np.radians(rotation_deg) * reach) / case.spacing)
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """One case to be, of a group whose cases are pooled.
+
+    Attributes:
+        group: its name.
+        build: function without arguments that returns the `Case`, picklable.
+        right: (degrees, length) below which a result is right; None: `succeeded` tells.
+    """
+
+    group: str
+    build: object
+    right: tuple | None = None
+
+    @property
+    def is_exact(self):
+        """Whether the truth is: that of real scans is not."""
+        return self.right is None
+
+    def is_right(self, case, rotation_deg, translation_m):
+        """Whether errors of the case that was built are below the limits."""
+        if self.right is None:
+            return succeeded(case, rotation_deg, translation_m)
+        return rotation_deg < self.right[0] and translation_m < self.right[1]

@@ -6,11 +6,18 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.case import Case
 from idem_ros.core.geometry import se3
-from idem_ros.simulation.body import BUNNY, SIZE, remeshed_points, surface_points
+from idem_ros.simulation.body import (
+    BUNNY,
+    SIZE,
+    random_body,
+    remeshed_points,
+    surface_points,
+)
 
 POINTS = 4000
 HOLES, HOLE = 30, 25 / 1597  # how many, and the share of the points that each takes: the paper's
 NOISE = 0.25  # of the points, added, anywhere in their bounding box
+UNSEEN_SEEDS = range(1000, 1012)  # that no number is chosen on
 
 
 def condition(name, seed, body=BUNNY):
@@ -21,6 +28,11 @@ def condition(name, seed, body=BUNNY):
     truth[:3, :3] = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
     truth[:3, 3] = SIZE * rng.normal(size=3)
     return Case(f'{name} {seed}', target, se3.transform_points(se3.inverse(truth), source), truth)
+
+
+def of_other_body(name, seed):
+    """Return the `Case` of a condition on a body of its own."""
+    return condition(name, seed, random_body(np.random.default_rng(seed)))
 
 
 def _pair(sample=surface_points, count=POINTS):

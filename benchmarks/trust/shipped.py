@@ -7,8 +7,8 @@ from zlib import crc32
 
 import numpy as np
 
-from benchmarks.ablate_cases import Unseen, unseen
-from benchmarks.case import displaced, errors
+from benchmarks.case import Unseen, displaced, errors
+from benchmarks.conditions import CONDITIONS, UNSEEN_SEEDS, of_other_body
 from benchmarks.goal import Goal
 from benchmarks.new_scans import scan_sets
 from benchmarks.trust.places import PLACES
@@ -53,7 +53,11 @@ def cases(trials):
         (DEPTH, Unseen('simulated', partial(depth_case, seed, 0.1)))
         for seed in range(FIRST_SEED, FIRST_SEED + trials)
     ]
-    bodies = [each for each in unseen() if each.group.startswith('other bodies')]
+    bodies = [
+        Unseen('other bodies', partial(of_other_body, name, seed))
+        for name in CONDITIONS
+        for seed in UNSEEN_SEEDS
+    ]
     found += [(OBJECTS, each) for each in _some(bodies, 2 * trials)]
     for scans in scan_sets():
         of_set = [
