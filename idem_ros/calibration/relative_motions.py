@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from idem_ros.calibration.rig_motion import (
-    ORDER,
     Motion,
     at_one_time,
     is_still,
@@ -111,7 +110,9 @@ def _step(clouds, times, seconds, config):
     if first is None or second is None:
         return None
     twist = (first.motion.twist + second.motion.twist) / 2
-    result = step_between(first.cloud, second.cloud, config, se3.exp(seconds * twist[ORDER]))
+    result = step_between(
+        first.cloud, second.cloud, config, se3.exp(seconds * twist[se3.ROS_ORDER])
+    )
     if result is None:
         return None
     T, said = result.T_target_source, result.assessment

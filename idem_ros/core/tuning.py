@@ -30,13 +30,6 @@ def tuned(
 class SolverTuning:
     """What the solver's stages go by; lengths are multiples of a stage's radius."""
 
-    noise: float = tuned(
-        0.005,
-        1e-4,
-        'accuracy, real',
-        'standard deviation added to every axis of a covariance, so that an exact plane has an '
-        'inverse; on real scans any value up to this one gives the same',
-    )
     apart: float = tuned(
         0.35,
         inf,
@@ -64,19 +57,6 @@ class SolverTuning:
         'speed',
         'of the tolerances in the stages before the last, which need only reach the basin of the '
         'next one: saves time',
-    )
-    crowded: float = tuned(
-        60.0,
-        inf,
-        'bounded',
-        'points that share a cell of the last radius, on average; scans have up to 7. From then '
-        'on voxels are as good, and bound the time of copies and of garbage',
-    )
-    crowded_voxel: float = tuned(
-        0.25,
-        0.5,
-        'bounded',
-        'edge of the voxels of such a cloud: fine enough to leave its surfaces as they are',
     )
     widest: float = tuned(
         0.75,
@@ -115,24 +95,11 @@ class SolverTuning:
         'most that the mean of own points in a ball is moved by for the curvature of its surface, '
         'times what it lies from the tangent; of points as given whose samplings differ',
     )
-    relaxation: float = tuned(
-        1.3,
-        1.0,
-        'speed',
-        'of the first step of a stage: the matrix is stiffer than the cost; a fourth fewer steps',
-    )
     most_relaxation: float = tuned(
         4.0,
         2.0,
         'speed, accuracy',
         "of any step, by Aitken's secant; 2 is as far as the majoriser itself goes",
-    )
-    overshoot: float = tuned(
-        4.0,
-        inf,
-        'accuracy: far starts',
-        'times the decrement before it: what a relaxed step may leave, or it is taken back; the '
-        'next one would be twice as long',
     )
     patience: float = tuned(
         15,

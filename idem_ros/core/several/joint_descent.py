@@ -110,13 +110,13 @@ def minimize_all(cost: JointCost, poses: Transforms, criteria: Criteria) -> Join
     As `newton.minimize` does for one pose; steps are measured against the pose that is held.
     """
     tuning = criteria.tuning
-    relaxation, last, iteration = tuning.relaxation, None, 0
+    relaxation, last, iteration = 1.0, None, 0
     try:
         for iteration in range(1, criteria.max_iterations + 1):
             system = cost.system(poses)
             step = system.step()
             left = decrement(system.gradient, step.ravel())
-            if last is not None and not accept(left, last.left, relaxation, tuning.overshoot):
+            if last is not None and not accept(left, last.left, relaxation):
                 relaxation, poses = 1.0, moved(last.poses, last.free, last.step)
                 continue
             if last is not None and np.array_equal(last.free, system.free):

@@ -18,7 +18,7 @@ from idem_ros.core.metric.moments import TIE
 from idem_ros.core.metric.noise import widening_for
 from idem_ros.core.metric.radii import SAMPLE, rounded
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.solve.ball_cost import BallCost
+from idem_ros.core.solve.ball_cost import NOISE, BallCost
 from idem_ros.core.tuning import SolverTuning
 from idem_ros.core.workers import Workers, in_threads
 
@@ -84,17 +84,14 @@ def joint_stages(
     return [*stages, last]
 
 
-def clouds_of_stage(
-    clouds: Sequence[Cloud], stage: JointStage, tuning: SolverTuning, workers: Workers
-) -> list[Cloud]:
+def clouds_of_stage(clouds: Sequence[Cloud], stage: JointStage, workers: Workers) -> list[Cloud]:
     """Return the clouds on the voxels of a stage; in the last as they are, but for copies."""
 
     def of_stage(cloud: Cloud) -> Cloud:
         """Return one on its voxels."""
         if stage.voxel_size is not None:
             return cloud.reduced(stage.voxel_size)
-        is_crowded = cloud.crowding(stage.radius) > tuning.crowded
-        return cloud.reduced(tuning.crowded_voxel * stage.radius) if is_crowded else cloud
+        return cloud.uncrowded(stage.radius)
 
     return in_threads(workers, of_stage, clouds)
 
@@ -108,7 +105,7 @@ def joint_cost(
     return BallCost(
         r2=radius * radius * TIE,
         c=TWO_PI_E_CUBED / length_unit(config.length_scale, radius) ** 6,
-        noise=(tuning.noise * radius) ** 2,
+        noise=(NOISE * radius) ** 2,
         tangential=True,
         valued=False,
         apart2=(apart * radius) ** 2,

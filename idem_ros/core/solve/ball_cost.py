@@ -8,6 +8,10 @@ from idem_ros.core.jit import inlined
 from idem_ros.core.metric.entropy import MOST_WITHOUT_ENTROPY
 from idem_ros.core.metric.moments import covariance
 
+# Of the radius: standard deviation added to every axis of a covariance, so that an exact plane has
+# an inverse. From 0.0001 on any up to this one gives the same.
+NOISE = 0.005
+
 
 class BallCost(NamedTuple):
     """What a ball's moments cost: numbers that every ball of a stage shares."""

@@ -74,7 +74,7 @@ def minimize(
         motions: (6, k) twists that steps are made of, or (6 K, k); None: any.
     """
     tuning, size = criteria.tuning, 6 * (transform.size // 16)
-    relaxation, last = tuning.relaxation, None
+    relaxation, last = 1.0, None
     matrix, iteration, singular = np.zeros((size, size)), 0, 0
     path: list[Transform] = []
     end = Termination.MAX_ITERATIONS
@@ -86,7 +86,7 @@ def minimize(
             step, singular = _step(matrix, gradient, motions)
             left = decrement(gradient, step)
             # Accept the move that led here, or take it back to Newton's own.
-            if last is not None and not accept(left, last.left, relaxation, tuning.overshoot):
+            if last is not None and not accept(left, last.left, relaxation):
                 relaxation, transform = 1.0, moved(last.transform, last.step)
                 path[-1] = transform
                 continue
@@ -133,16 +133,14 @@ def decrement(gradient: Twist, step: Twist) -> float:
     return -0.5 * float(gradient @ step)
 
 
-def accept(
-    left: float, before: float, relaxation: float, overshoot: float = SOLVER.overshoot
-) -> bool:
+def accept(left: float, before: float, relaxation: float) -> bool:
     """Whether a move is kept, given what the cost would still lose after it and before it.
 
     As far as the matrix majorises the cost, with the members held, no move can raise it. A farther
     one is an extrapolation: after one that leads where the next step is more than twice as long,
     it is taken back to Newton's own.
     """
-    return relaxation <= MAJORISED or left <= overshoot * before
+    return relaxation <= MAJORISED or left <= MAJORISED**2 * before
 
 
 def secant(

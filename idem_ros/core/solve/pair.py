@@ -17,7 +17,7 @@ from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.noise import widening
 from idem_ros.core.metric.radii import last_radius, rounded, wide_radius, widest_useful
 from idem_ros.core.metric.voxel_size import size_found
-from idem_ros.core.solve.ball_cost import BallCost
+from idem_ros.core.solve.ball_cost import NOISE, BallCost
 from idem_ros.core.solve.cost import JointEntropy, NormalBalance
 from idem_ros.core.solve.sweep import Sweep
 from idem_ros.core.trust_tuning import TrustTuning
@@ -114,7 +114,7 @@ class Pair(NamedTuple):
         return BallCost(
             r2=balls.r2,
             c=TWO_PI_E_CUBED / scale**6,
-            noise=(self.tuning.noise * balls.radius) ** 2,
+            noise=(NOISE * balls.radius) ** 2,
             tangential=tangential,
             valued=False,
             apart2=(self.sampling.apart * balls.radius) ** 2,
@@ -166,11 +166,11 @@ def with_stages(pair: Pair) -> Pair:
     radius = rounded(config.radius_schedule[-1] * radius)
     if radius == 0.0:
         return pair
-    clouds = _uncrowded(clouds, radius, tuning)  # copies have no thickness
+    clouds = clouds[0].uncrowded(radius), clouds[1].uncrowded(radius)  # copies have no thickness
     in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
     wider = widening(*clouds, radius, tuning)
     last = Stage(rounded(radius * wider), None, is_last=True)
-    target, source = _uncrowded(clouds, last.radius, tuning)
+    target, source = (cloud.uncrowded(last.radius) for cloud in clouds)
     pair = pair._replace(target=target, source=source)
     return pair._replace(stages=(*_coarse_stages(pair, wide), last))
 
@@ -223,16 +223,3 @@ def _without_copies(cloud: Cloud) -> Cloud:
     """Return a cloud with one point where points coincide; as it is, where all do."""
     edge = COPIES * float(np.ptp(cloud.points))
     return cloud.reduced(edge) if edge > 0.0 else cloud
-
-
-def _uncrowded(
-    clouds: tuple[Cloud, Cloud], radius: float, tuning: SolverTuning
-) -> tuple[Cloud, Cloud]:
-    """Reduce those clouds of which a ball would hold hundreds of points: copies, or far denser."""
-    target, source = (
-        cloud.reduced(tuning.crowded_voxel * radius)
-        if cloud.crowding(radius) > tuning.crowded
-        else cloud
-        for cloud in clouds
-    )
-    return target, source
