@@ -82,9 +82,8 @@ def _information(covariance: ArrayLike, name: str) -> Matrix6:
         raise InvalidConfig(
             f'the covariance of {name} is not symmetric with variances above 0 in every direction'
         )
-    order = [3, 4, 5, 0, 1, 2]  # x y z rx ry rz -> (omega, v)
     information = np.linalg.inv(matrix).astype(np.float64)
-    return information[np.ix_(order, order)]
+    return information[np.ix_(se3.ROS_ORDER, se3.ROS_ORDER)]
 
 
 class Problem(NamedTuple):
