@@ -23,6 +23,7 @@ LEAST_SPREAD = 0.08  # of the second axis against the first, about
 # Balls of real scans and simulated ones have 0.00 to 0.27, of points at random in a volume 0.85
 # to 0.95, in the median.
 ISOTROPIC = 0.6
+BINS, FEW = 256, 32  # of a histogram; values that are sorted one by one
 SAMPLE, SHAPES = 512, 2000  # balls of each cloud, about: for their thickness, for their shape
 
 
@@ -72,13 +73,53 @@ def shapes_of(own: MomentRows) -> Shapes:
 
 
 def quantile(values: Floats, share: float) -> float:
-    """Return what `np.quantile` does, a hundred microseconds sooner."""
+    """Return what `np.quantile` does of values (n,), one at least, in a third of the time."""
     at = share * (len(values) - 1)
-    low = int(at)
-    next_ = min(low + 1, len(values) - 1)
-    in_place = np.partition(values, next_)
-    lower = in_place[:next_].max() if low < next_ else in_place[next_]
-    return float(lower + (at - low) * (in_place[next_] - lower))
+    lower, upper = _of_rank(values, int(at))
+    return float(lower + (at - int(at)) * (upper - lower))
+
+
+@kernel
+def _of_rank(values: Floats, rank: int) -> tuple[float, float]:
+    """Return the value of a rank, from 0, among values (n,), and the next one; the last: twice it.
+
+    By the histogram's bin that it is in, again and again, until a few are left to be sorted.
+    """
+    some, count = values.copy(), np.empty(BINS, np.int64)
+    n, before, left = len(some), 0, rank
+    while n > FEW and n != before:
+        before, low, high = n, some[0], some[0]
+        for i in range(n):
+            low, high = min(low, some[i]), max(high, some[i])
+        of_width = BINS / (high - low)
+        for b in range(BINS):
+            count[b] = 0
+        for i in range(n):
+            count[_bin((some[i] - low) * of_width)] += 1
+        b = n = 0
+        while left >= count[b]:
+            left -= count[b]
+            b += 1
+        for i in range(before):
+            value = some[i]
+            some[n] = value  # kept only if it is counted
+            n += _bin((value - low) * of_width) == b
+    for i in range(1, n):
+        value, k = some[i], i
+        while k > 0 and some[k - 1] > value:
+            some[k] = some[k - 1]
+            k -= 1
+        some[k] = value
+    lower, upper, below = some[left], np.inf, 0
+    for value in values:
+        below += value <= lower
+        upper = min(upper, value) if value > lower else upper
+    return lower, lower if below > rank + 1 or below == len(values) else upper
+
+
+@inlined
+def _bin(place: float) -> int:
+    return min(max(int(place), 0), BINS - 1)
 
 
 @inlined

@@ -7,11 +7,33 @@ from idem_ros.core import Cloud, RegistrationConfig, register
 from idem_ros.core.metric import noise
 from idem_ros.core.metric.cloud import neighbourhoods
 from idem_ros.core.metric.moments import covariance
-from idem_ros.core.metric.noise import widening
+from idem_ros.core.metric.noise import quantile, widening
 
 
 def plane(rng, sigma):
     return np.c_[rng.random((20000, 2)), rng.normal(size=20000) * sigma]
+
+
+def of_many_kinds(rng):
+    """Values alike, with ties, far apart, few, all the same, next to nothing, and a stray."""
+    yield rng.random(5000)
+    yield rng.pareto(0.2, 3000)
+    yield rng.integers(0, 5, 700).astype(float)
+    yield np.full(90, 7.0)
+    yield 5e-324 * rng.integers(0, 3, 200)
+    yield np.r_[rng.normal(size=1000), 1e300, -1e300]
+    for count in (1, 2, 32, 33):
+        yield rng.random(count)
+
+
+@pytest.mark.parametrize('share', [0.0, 1 / 3, 0.5, 0.9, 0.9995, 1.0])
+def test_a_quantile_is_that_of_numpy(rng, share):
+    for values in of_many_kinds(rng):
+        given = values.copy()
+        assert quantile(values, share) == pytest.approx(
+            np.quantile(values, share), rel=1e-12, abs=0.0
+        )
+        np.testing.assert_array_equal(values, given)
 
 
 def test_covariances_are_those_of_the_members(rng):
