@@ -25,7 +25,8 @@ def mean_contrast(balls: Balls, T_target_source: Transform, motions: Twists, sam
         sample: how many of each cloud, about.
     """
     chosen = [_sampled(some, sample) for some in balls.near(T_target_source)]
-    places = _around(T_target_source, balls.radius * motions)
+    around = _around(T_target_source, balls.radius * motions)
+    places = np.concatenate([T_target_source[None], around])
     q, within = _sums_in_reach(balls, places, chosen)
     return float((q[1:] - q[0]).mean() / within[0]) if within[0] else 0.0
 
@@ -42,7 +43,7 @@ def contrasts_along(
         q: (N,) q_i of the target's points at the pose, and (M,) of the source's.
     """
     k = holders.motions.shape[1]
-    places = _around(T_target_source, balls.radius * holders.motions)[1:]
+    places = _around(T_target_source, balls.radius * holders.motions)
     of_two = [2 * each for each in holders.motion]
     found = balls.differences(places, holders.centres, of_two)
     rises = [
@@ -79,9 +80,9 @@ def _sums_in_reach(
 
 
 def _around(T: Transform, motions: Twists) -> Transforms:
-    """Return (2 k + 1, 4, 4): a pose, and those after each of (6, k) motions, forth and back."""
+    """Return (2 k, 4, 4): the poses after each of (6, k) motions, forth and back."""
     ways = np.stack([motions.T, -motions.T], axis=1).reshape(-1, 6)
-    return np.concatenate([T[None], se3.exps(ways) @ T])
+    return se3.exps(ways) @ T
 
 
 def _sampled(some: Indices, sample: int) -> Indices:

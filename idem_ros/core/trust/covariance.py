@@ -66,7 +66,7 @@ def _widening(held: Twists, ruled: Matrix6, in_common: float) -> Matrix6:
 def model_error_covariance(error: tuple[float, ...]) -> Matrix6:
     """Return the (6, 6) covariance, x y z rx ry rz, of a length and an angle [deg] an axis."""
     length, degrees = error
-    return np.diag(np.repeat([length, np.radians(degrees)], 3) ** 2)
+    return np.diag(3 * [length**2] + 3 * [np.radians(degrees) ** 2])
 
 
 def scatter_of(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) -> Matrix6:

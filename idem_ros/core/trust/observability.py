@@ -54,14 +54,18 @@ class Observability(NamedTuple):
     error: Floats  # (6,): its standard error
     gentle: Floats  # (6,): what of it surfaces give that a motion moves little; at the least
     noise: float  # mean variance of a normal [rad^2]
-    motions: Twists  # (6, 6): columns (omega, v) in the frame at the target's origin, each of
-    # which moves the surfaces by about 1
-    units: Twists  # (6, 6): `unit_motions` that they are made of
+    axes: Matrix6  # (6, 6): columns, orthonormal: the motions, made of `units`
+    units: Twists  # (6, 6): `unit_motions`, in the frame at the target's origin
     lever_arm: float  # how far from their middle the surfaces reach
     # (balls, 6): how far each motion moves the surface in a ball along its normal
     along: Floats
     centres: tuple[Indices, Indices]  # which of the target's and the source's the balls are
     observable: Mask  # (6,) bool: not where nothing but chance or noise determines it
+
+    @property
+    def motions(self) -> Twists:
+        """The motions (6, 6): columns (omega, v), each of which moves the surfaces by about 1."""
+        return self.units @ self.axes
 
     @property
     def held(self) -> Twists:
@@ -78,9 +82,8 @@ class Observability(NamedTuple):
 
         The others turn.
         """
-        some = np.flatnonzero(among)
-        scaled = np.linalg.solve(self.units, self.motions[:, some])
-        for k, (turn, move) in zip(some, scaled.T.reshape(-1, 2, 3), strict=True):
+        for k in np.flatnonzero(among):
+            turn, move = self.axes[:3, k], self.axes[3:, k]
             if turn @ turn <= MOST_TURN:
                 yield int(k), move / np.sqrt(move @ move)
 
@@ -101,8 +104,7 @@ class Observability(NamedTuple):
 
     def most_along(self, direction: Point) -> int:
         """Return which motion moves all along a direction, (3,), the most."""
-        moves = np.linalg.solve(self.units, self.motions)[3:]
-        return int(np.argmax(np.abs(direction @ moves)))
+        return int(np.argmax(np.abs(direction @ self.axes[3:])))
 
 
 def observability_of(
@@ -147,9 +149,9 @@ def _observability(
     gentle = little.mean(axis=0) - CHANCE * _standard_error(little)
     turning = np.einsum('ij,ij->j', axes[:3], axes[:3])
     seen = _observable(strength, error, noise, len(x), turning)
-    motions, along = units @ axes, along[: len(found.mean)]
+    along = along[: len(found.mean)]
     return Observability(
-        strength, error, gentle, noise, motions, units, lever_arm, along, found.centres, seen
+        strength, error, gentle, noise, axes, units, lever_arm, along, found.centres, seen
     )
 
 
@@ -184,7 +186,7 @@ def _without_surfaces(
     error, along = np.zeros(6), np.empty((0, 6))
     seen = _observable(strength, error, 0.0, 0, np.ones(6))
     return Observability(
-        strength, error, strength, 0.0, units @ axes, units, lever_arm, along, centres, seen
+        strength, error, strength, 0.0, axes, units, lever_arm, along, centres, seen
     )
 
 

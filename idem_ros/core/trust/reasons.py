@@ -150,8 +150,8 @@ def free_in_words(observability: Observability, R_target_source: RotationMatrix)
     """
     if observability.observable.all():
         return ''
-    scaled = np.linalg.solve(observability.units, observability.free)
-    turns, moves = scaled[:3], scaled[3:]
+    free = observability.axes[:, ~observability.observable]
+    turns, moves = free[:3], free[3:]
     _, share, mixed = np.linalg.svd(turns)
     share = np.pad(share, (0, len(mixed) - len(share)))
     is_turn = share > MOSTLY_TURN

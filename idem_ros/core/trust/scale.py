@@ -45,7 +45,8 @@ def scale_left_open(
     if overlap.in_map and overlap.most >= LEAST_IN_MAP:
         return ''
     sides = (balls.target, np.eye(4)), (balls.source, T_target_source)
-    of_each = np.split(reach, [len(balls.target.order)])
+    size = len(balls.target.order)
+    of_each = reach[:size], reach[size:]
     # what meets lies within the extent: where most do, most of those there do
     if min(np.count_nonzero(r) / len(r) for r in of_each) >= LEAST_MET:
         return ''

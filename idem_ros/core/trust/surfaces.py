@@ -93,7 +93,7 @@ def own_surfaces(
     if among is None:
         found, which = _own_surfaces(centres, own, shape)
     else:
-        found, which = _own_surfaces(centres[among], own[among], shape)
+        found, which = _own_surfaces(centres.take(among, axis=0), own.take(among, axis=0), shape)
         which = among[which]
     return found[:, :3], found[:, 3:], which
 

@@ -76,8 +76,11 @@ def features(
     near_discord: ArrayLike, contrast: ArrayLike, overlap: ArrayLike, way: ArrayLike
 ) -> Floats:
     """Return the model's inputs, (..., 4)."""
-    beyond = np.log(np.maximum(way, LEAST_WAY))
-    return np.stack([near_discord, contrast, overlap, beyond], -1)
+    return np.stack([near_discord, contrast, overlap, _beyond(way)], -1)
+
+
+def _beyond(way: ArrayLike) -> Floats:
+    return np.log(np.maximum(way, LEAST_WAY))
 
 
 def probability(
@@ -98,5 +101,6 @@ def probability(
         weights: (5,).
     """
     *slopes, constant = weights
-    inputs = features(near_discord, contrast, overlap, way)
-    return 1.0 / (1.0 + np.exp(-(inputs @ np.array(slopes) + constant)))
+    inputs = near_discord, contrast, overlap, _beyond(way)
+    logit = constant + sum(w * np.asarray(x) for w, x in zip(slopes, inputs, strict=True))
+    return 1.0 / (1.0 + np.exp(-logit))
