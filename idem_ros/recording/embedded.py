@@ -1,5 +1,6 @@
 """What an MCAP carries beside its messages: metadata and attached files."""
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,8 +53,18 @@ def read_embedded(path):
         raise UnreadableMcap(f'{path} cannot be read: {error.strerror or error}') from error
 
 
+def ends_whole(stream):
+    """Return whether a stream ends as an MCAP does."""
+    stream.seek(0, io.SEEK_END)
+    stream.seek(max(stream.tell() - len(MAGIC), 0))
+    return stream.read(len(MAGIC)) == MAGIC
+
+
 def _embedded(path, stream):
     try:
+        if not ends_whole(stream):
+            raise ValueError('its end is missing')
+        stream.seek(0)
         summary = make_reader(stream, validate_crcs=True).get_summary()
         if summary is None:
             raise ValueError('it has no index')

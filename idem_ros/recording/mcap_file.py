@@ -13,7 +13,7 @@ from mcap.records import Footer, Schema
 
 from idem_ros.recording.chunked_file import ChunkedFile
 from idem_ros.recording.definitions import normalized
-from idem_ros.recording.embedded import MAGIC
+from idem_ros.recording.embedded import MAGIC, ends_whole
 from idem_ros.recording.inflating import Damaged, inflated
 from idem_ros.recording.part import Block, Channel
 from idem_ros.terminal.printable import error_line
@@ -37,8 +37,7 @@ class McapFile(ChunkedFile):
 
     def _summary(self):
         """Return the summary; None where there is none, or none that can be believed."""
-        self._stream.seek(max(self._stream.size - len(MAGIC), 0))
-        if self._stream.read(len(MAGIC)) != MAGIC:
+        if not ends_whole(self._stream):
             self.damage = 'its end is missing'
             return None
         try:

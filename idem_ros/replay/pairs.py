@@ -143,6 +143,12 @@ class Pairs:
                 f'{self._timeless} sources start from a guess of stamp 0, which serves those of '
                 'any stamp'
             )
+        again = len(self.awaited) - len(set(self.awaited))
+        if again and not self._pairing.jumps:
+            yield (
+                f'{again} sources have the stamp of one before: nothing tells whose guess and '
+                'truth of that stamp are'
+            )
         if self.topics.target == self.topics.source:
             yield (
                 f'target and source are one topic, {self.topics.source}: each scan is registered '

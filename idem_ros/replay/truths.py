@@ -21,6 +21,7 @@ from idem_ros.recording.topics import TRUTHS, TopicNotFound, find_topic, find_tr
 TRUTH = 'ground_truth'
 CHAINED = 'first_scan'
 WIDEST = 100_000_000  # [ns] between poses of a stream that one is told between: 4 mm at 3 m/s^2
+MOST_NOTES = 10  # frames may be named anew in every message
 BETWEEN = (
     'the truth is a stream of poses: where it has none of the stamp of a source, it is between two'
 )
@@ -145,7 +146,7 @@ class Truths:
         self._numbers_of = {}  # (frame_id, child_frame_id, why it is no pose) -> its kind
         self._awaited = self._order = None
         self._is_stream = False  # poses of a body in one frame, at stamps of their own
-        self._path = []
+        self._path, self._flaw = [], ''
 
     def add(self, message):
         """Keep the source in the target frame, of one of `TRUTHS`; of one stamp the last counts.
@@ -166,12 +167,11 @@ class Truths:
         self._path = message.poses
 
     def _add(self, message, *frames):
-        pose, reason = np.zeros((4, 4)), ''
         try:
-            pose = matrix_of(message)
+            self._keep(stamp_ns(message), matrix_of(message), *frames, '')
         except IdemError as error:
-            reason = f'truth: {error}'
-        self._keep(stamp_ns(message), pose, *frames, reason)
+            self._flaw = self._flaw or f'truth: {error}'  # of the first: they say their numbers
+            self._keep(stamp_ns(message), np.zeros((4, 4)), *frames, self._flaw)
 
     def _keep(self, stamp, pose, *kind):
         self._stamps.append(stamp)
@@ -241,7 +241,7 @@ class Truths:
         return list(dict.fromkeys(child for _, child, _ in self._numbers_of))
 
     def _note(self, note):
-        if note not in self.notes:
+        if note not in self.notes and len(self.notes) < MOST_NOTES:
             self.notes.append(note)
 
     def trajectory(self, source_frame):

@@ -1,5 +1,6 @@
 """Rules that a result must keep: `translation_error_m.p90 < 0.05`, read strictly and checked."""
 
+import math
 import operator
 import re
 from dataclasses import dataclass
@@ -129,7 +130,7 @@ def _rule(given, place):
     if len(text) > LONGEST:  # the time of the pattern grows with the square of the length
         raise BadRules(f'{place} has {len(text)} letters; it must be {EXPECTED}')
     match = RULE.fullmatch(text)
-    if match is None:
+    if match is None or not math.isfinite(float(match['bound'])):
         raise BadRules(f'{place} is {text!r}; it must be {EXPECTED}')
     name, statistic = match['name'], match['statistic']
     return Rule(text, place, name, statistic, match['operator'], float(match['bound']))

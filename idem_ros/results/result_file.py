@@ -93,7 +93,8 @@ def read_result(path):
     if reason:
         raise _no_result(path, reason)
     counts = {name: int(record['summary'].get(name, 0)) for name in (*COUNTS, *PARTS)}
-    return Result(str(path), str(record.get('bag')), tuple(record['frames']), counts, record)
+    bag = record.get('bag') or 'an unnamed recording'
+    return Result(str(path), bag, tuple(record['frames']), counts, record)
 
 
 def _said(value):
@@ -143,6 +144,9 @@ def _what_is_wrong(record):
         return _other_kind(record) or 'it lacks "frames" or "summary"'
     if reason := what_is_wrong(record):
         return reason
+    said, there = record['summary']['frames'], len(record['frames'])
+    if said != there:
+        return f'its summary tells of {said} frames, and it holds {there}'
     kinds = {}
     for frame in record['frames']:
         for name, value in frame.items():

@@ -109,10 +109,10 @@ class Frame(_Record):
     reference: Number = None
     motion_flaw: str = ''
     point_times: str = ''
-    translation_error_m: Number = None
-    translation_error_m_before: Number = None
-    rotation_error_deg: Number = None
-    rotation_error_deg_before: Number = None
+    translation_error_m: Size = None
+    translation_error_m_before: Size = None
+    rotation_error_deg: Size = None
+    rotation_error_deg_before: Size = None
 
 
 class Summary(_Record):

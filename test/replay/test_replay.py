@@ -174,3 +174,9 @@ def test_a_recording_whose_clock_goes_back_says_so(tmp_path, messages):
     assert len(result.frames) == 6
     (note,) = result.notes
     assert 'goes back 1 times, the last time by 1.3 s' in note
+
+
+def test_sources_of_one_stamp_are_noted(tmp_path, messages):
+    again = [(topic, log_time + 10, message) for topic, log_time, message in messages]
+    (note,) = replayed(tmp_path, sorted([*messages, *again], key=lambda each: each[1])).notes
+    assert '3 sources have the stamp of one before' in note

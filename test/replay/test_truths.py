@@ -55,3 +55,18 @@ def test_those_of_a_frame_are_a_trajectory_in_the_order_of_time(rng):
     assert trajectory.stamps.tolist() == [2, 4, 9]
     np.testing.assert_allclose(trajectory.poses, [poses[1], poses[3], poses[0]], atol=1e-12)
     assert Truths().trajectory('a') is None
+
+
+def test_however_many_are_none_and_of_whatever_frames_the_notes_are_few():
+    truths = Truths()
+    for stamp in range(100):
+        wrong = transform_message(np.eye(4), stamp, f'map {stamp // 2}', 'lidar')
+        if stamp % 2:
+            wrong.transform.translation.x, wrong.transform.translation.y = (
+                float('nan'),
+                float(stamp),
+            )
+        truths.add(wrong)
+        assert truths.at(stamp, f'map {stamp // 2}' if stamp % 2 else 'odom', 'lidar') is None
+    assert len(truths.notes) == 10
+    assert sum('not finite' in note for note in truths.notes) == 1

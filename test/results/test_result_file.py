@@ -13,6 +13,7 @@ from idem_ros.results.summary import json_record
 
 FRAME = '{"stamp_ns": 1}'
 SUMMARY = '{"frames": 1, "refused": 0, "dropped": 0, "unpaired": 0}'
+TWO = SUMMARY.replace('1', '2', 1)
 
 
 def test_what_a_replay_wrote_comes_back(tmp_path, rng):
@@ -75,8 +76,16 @@ def test_what_is_unknown_is_nan(tmp_path):
         ),
         (
             '{"frames": [{"stamp_ns": 1, "q": 1}, {"stamp_ns": 2, "q": "x"}], '
-            f'"summary": {SUMMARY}}}',
+            f'"summary": {TWO}}}',
             "'q' as a number and as something else",
+        ),
+        (
+            '{"frames": [], "summary": ' + SUMMARY + '}',
+            'its summary tells of 1 frames, and it holds 0',
+        ),
+        (
+            f'{{"frames": [{{"stamp_ns": 1, "translation_error_m": -1}}], "summary": {SUMMARY}}}',
+            'frames.0.translation_error_m is -1',
         ),
     ],
 )

@@ -51,4 +51,6 @@ def changed(path, change, name='changed'):
     """Write a copy of a result beside it that `change` has been applied to; return its path."""
     record = json.loads(path.read_text())
     change(record)
+    if isinstance(record.get('frames'), list):
+        record['summary']['frames'] = len(record['frames'])
     return write_record(path.with_name(f'{name}.json'), record)
