@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+LARGEST = 1e100  # of any number that is measured: its square is a number, too
+
 Floats: TypeAlias = NDArray[np.float64]  # of a shape that is said where it is used
 Mask: TypeAlias = NDArray[np.bool_]  # likewise
 Integers: TypeAlias = NDArray[np.int64]  # likewise

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from idem_ros.core.arrays import LARGEST
 from idem_ros.core.exceptions import InvalidTransform
 
 LARGEST_NORM = 1e6
@@ -64,6 +65,8 @@ def matrix_from(translation, quaternion):
         raise InvalidTransform(
             f'the transform is not finite: translation {translation}, quaternion {quaternion}'
         )
+    if np.abs(translation).max() > LARGEST:
+        raise InvalidTransform(f'the translation is {translation}, which nothing measures')
     norm = math.hypot(*quaternion)
     if not 1 / LARGEST_NORM < norm < LARGEST_NORM:
         raise InvalidTransform(

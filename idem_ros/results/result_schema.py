@@ -5,11 +5,11 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from idem_ros.core.arrays import LARGEST
 from idem_ros.core.config import VOXEL_SIZES
 from idem_ros.core.exceptions import InvalidTransform
 from idem_ros.core.geometry.se3 import checked_transform
 
-LARGEST = 1e100  # of any number: its square is a number, too
 LAST_STAMP = 2**32 * 10**9  # [ns]
 MOST_OF_PATH = 4096  # letters, as Linux has it
 SHOWN = 60  # letters of what was given

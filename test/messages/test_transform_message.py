@@ -5,6 +5,7 @@ import pytest
 from clouds import motion
 
 from idem_ros.core import InvalidTransform
+from idem_ros.core.geometry.se3 import checked_transform
 from idem_ros.messages.transform_message import matrix_of, stamp_ns, translation_and_quaternion
 
 
@@ -42,6 +43,14 @@ def test_the_quaternion_is_normalised():
 def test_what_is_no_transform_is_refused(changes):
     with pytest.raises(InvalidTransform, match=r'quaternion \(?'):
         matrix_of(message(**changes))
+
+
+@pytest.mark.parametrize('far', [2e100, -1e200, 1.7e308])
+def test_what_is_farther_than_anything_is_refused(far):
+    with pytest.raises(InvalidTransform, match='which nothing measures'):
+        matrix_of(message(translation=(0.0, far, 0.0)))
+    with pytest.raises(InvalidTransform, match='which nothing measures'):
+        checked_transform(np.diag([far, 1.0, 1.0, 1.0]))
 
 
 def test_a_stamp_keeps_every_nanosecond():

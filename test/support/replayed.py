@@ -50,7 +50,9 @@ def write_record(path, record):
 def changed(path, change, name='changed'):
     """Write a copy of a result beside it that `change` has been applied to; return its path."""
     record = json.loads(path.read_text())
+    count = len(record['frames'])
     change(record)
-    if isinstance(record.get('frames'), list):
-        record['summary']['frames'] = len(record['frames'])
+    frames = record.get('frames')
+    if isinstance(frames, list) and len(frames) != count:
+        record['summary']['frames'] = len(frames)
     return write_record(path.with_name(f'{name}.json'), record)

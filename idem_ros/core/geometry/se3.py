@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from idem_ros.core.arrays import (
+    LARGEST,
     Floats,
     Matrix3,
     Matrix6,
@@ -45,6 +46,8 @@ def checked_transform(transform: ArrayLike, name: str = 'T_target_source') -> Tr
         raise InvalidTransform(f'{name} has shape {matrix.shape}; it must be (4, 4)')
     if not np.isfinite(matrix).all():
         raise InvalidTransform(f'{name} holds values that are not finite')
+    if np.abs(matrix).max() > LARGEST:
+        raise InvalidTransform(f'{name} holds {np.abs(matrix).max():.3g}, which nothing measures')
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > LAST_ROW_TOLERANCE:
         raise InvalidTransform(f'{name} has the last row {matrix[3]}; it must be 0 0 0 1')
     rotation = matrix[:3, :3]
