@@ -4,7 +4,6 @@ import argparse
 import gc
 import sys
 from contextlib import suppress
-from itertools import pairwise
 
 from idem_ros.node.allocation import keep_freed_memory, take_small_pages
 from idem_ros.node.environment import RclpyMissing, require_rclpy
@@ -69,6 +68,7 @@ def _run(args: list[str] | None, name: str) -> int:
 
     from idem_ros.core import IdemError
     from idem_ros.node.environment import logging_arguments, prefer_short_lease
+    from idem_ros.node.ignored_arguments import warn_of_ignored
 
     node = None
     try:
@@ -80,7 +80,7 @@ def _run(args: list[str] | None, name: str) -> int:
             return _find(find)
         while not is_asked_for():
             node = _node_class(name)()
-            _name_other_nodes(node, args)
+            warn_of_ignored(node, args)
             _spin(node)
     except AskedToEnd:
         return 0
@@ -157,22 +157,6 @@ def _node_class(name: str) -> type:
     from idem_ros.node.registration_node import RegistrationNode
 
     return RegistrationNode
-
-
-def _name_other_nodes(node, args: list[str]) -> None:
-    """Warn of parameter files that speak to other nodes only: ROS ignores them without a word."""
-    from idem_ros.core import IdemError
-    from idem_ros.parameters.parameter_file import read_sections, speaks_to
-
-    this = node.get_fully_qualified_name()
-    for path in [path for option, path in pairwise(args) if option == '--params-file']:
-        with suppress(IdemError):  # ROS took it: it is for it to judge
-            names = [name for name, _ in read_sections(path)]
-            if not any(speaks_to(name, this) for name in names):
-                node.get_logger().warning(
-                    f'{path} speaks to {", ".join(names) or "nobody"}; this is {this}: nothing of '
-                    'it is taken'
-                )
 
 
 def _own_arguments(args: list[str] | None, name: str) -> float | None:

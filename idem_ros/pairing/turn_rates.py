@@ -13,6 +13,7 @@ from idem_ros.pairing.stamped_poses import StampedPoses
 
 IMU = 'sensor_msgs/msg/Imu'
 LONGEST_GAP = 50_000_000  # [ns] between two messages
+FASTEST = 100.0  # [rad/s]: gyroscopes measure up to 4000 degrees a second
 
 
 class UnusableRates(IdemError):
@@ -73,4 +74,6 @@ def _rate_of(message):
         raise UnusableRates('it says itself that it measures no angular rates')
     if not np.isfinite(values).all():
         raise UnusableRates('an angular rate is not finite')
+    if (fastest := np.abs(values).max()) > FASTEST:
+        raise UnusableRates(f'it says {fastest:.3g} rad/s, which no gyroscope measures')
     return values

@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from idem_ros.node import entry
 from idem_ros.node.environment import loopback_environment
+from idem_ros.node.ignored_arguments import warn_of_ignored
 
 COMMAND = [sys.executable, '-m', 'idem_ros.node.entry']
 
@@ -117,6 +118,29 @@ def test_a_parameter_file_for_other_nodes_is_named(start, tmp_path):
     node = start('--ros-args', '--params-file', str(path), '-r', '__node:=refiner')
     line = wait_for_line(node.stderr, 'speaks to')
     assert f'{path} speaks to idem_node; this is /refiner: nothing of it is taken' in line
+
+
+@pytest.mark.parametrize(
+    ('rule', 'meant'),
+    [
+        ('target:=/map', '~/target:=/map is meant?'),
+        ('/source:=/points', '~/source:=/points is meant?'),
+        ('~/inital_guess:=/odom', '~/initial_guess:=/odom is meant?'),
+        ('~/target:=/map', None),
+        ('/idem_node/target:=/map', None),
+        ('/tf:=tf', None),
+        ('__node:=idem_node', None),
+        ('camera/image:=/image', None),
+    ],
+)
+def test_a_rule_for_a_name_that_nothing_bears_is_named_with_what_is_meant(
+    context, capfd, rule, meant
+):
+    node = Node('idem_node', context=context)
+    warn_of_ignored(node, ['idem_node', '--ros-args', '-r', rule])
+    node.destroy_node()
+    said = capfd.readouterr().err
+    assert (meant in said) if meant else not said
 
 
 @pytest.mark.parametrize(

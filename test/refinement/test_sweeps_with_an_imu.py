@@ -82,6 +82,7 @@ def test_an_imu_in_a_frame_of_its_own_is_turned_as_tf_has_it(rng):
         ({'every': 60}, 'a gap of 0.06 s'),
         ({'every': 0}, 'two are needed'),
         ({'rate': lambda stamp: [np.nan] * 3}, 'is not finite'),
+        ({'rate': lambda stamp: [0.0, 1e200, 0.0]}, 'which no gyroscope measures'),
         ({'measures': False}, 'it measures no angular rates'),
     ],
 )
