@@ -102,6 +102,11 @@ def _binary(points):
     for key, array in {'rows.npy': points, 'fields.npy': table, 'turned.npy': points.T}.items():
         np.save(stream := io.BytesIO(), array)
         files[key] = stream.getvalue()
+    np.savez_compressed(stream := io.BytesIO(), points=points, colors=points)
+    files['many.npz'] = stream.getvalue()
+    pose = '12\n10\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n'
+    rows = ''.join(f'{x} {y} {z} 0.5\n' for x, y, z in points.tolist())
+    files['scan.ptx'] = (pose + rows).encode()
     for kind in ('<f4', '<f8'):
         files[f'{kind}.bin'] = np.c_[points, points[:, 0] > 0].astype(kind).tobytes()
     return files

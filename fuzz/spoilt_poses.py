@@ -19,6 +19,12 @@ YAML = 'sensors:\n  b: {parent: a, xyz: [0.1, 0, 0], rpy: [0, 0, 0.1]}\n'
 YAML += '  c: {parent: a, matrix: [[1, 0, 0, 0], [0, 1, 0, 0.1], [0, 0, 1, 0], [0, 0, 0, 1]]}\n'
 
 
+def _w_first(tum):
+    """Return a table of other columns than TUM lines have, in another order."""
+    rows = [line.split() for line in tum.splitlines()]
+    return ''.join(','.join([t, w, *q, x, y, z, '0.1']) + '\n' for t, x, y, z, *q, w in rows)
+
+
 class Poses:
     """Cases of spoilt poses before every command that reads some.
 
@@ -43,6 +49,7 @@ class Poses:
             '.tum': tum,
             '.txt': matrix * 3,
             '.csv': 'stamp,x,y,z,qx,qy,qz,qw\n' + tum.replace(' ', ','),
+            '.named.csv': 'time [s],qw,qx,qy,qz,x,y,z,v\n' + _w_first(tum),
             '.kitti': '1 0 0 0 0 1 0 0 0 0 1 0\n' * 7,
             '.one': matrix,
             '.yaml': YAML,

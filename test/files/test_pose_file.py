@@ -53,6 +53,7 @@ def test_a_matrix_of_few_digits_is_made_orthonormal(tmp_path):
         '1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 1 1\n',
         '2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n',
         '1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n',
+        '1e300 -1e300 0 0\n1e300 1e300 0 0\n0 0 1 0\n0 0 0 1\n',
         '1 0 0 nan\n0 1 0 0\n0 0 1 0\n0 0 0 1\n',
         '0 1 2 3 0 0 0 0\n',
         '0 1 2 3 0 0 0 2\n',

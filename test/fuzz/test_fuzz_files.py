@@ -70,6 +70,17 @@ def _npy(array):
     return stream.getvalue()
 
 
+def _npz(**arrays):
+    stream = io.BytesIO()
+    np.savez_compressed(stream, **arrays)
+    return stream.getvalue()
+
+
+def _ptx():
+    head = '5\n6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n'
+    return _text(' ', head)
+
+
 def _text(between, head='', decimal='.'):
     rows = (between.join(f'{c:.3f}' for c in point) for point in POINTS)
     return (head + '\n'.join(rows).replace('.', decimal) + '\n').encode()
@@ -90,6 +101,9 @@ VALID = [
     *(('.pcd', _pcd(each)) for each in Encoding),
     ('.npy', _npy(POINTS)),
     ('.npy', _npy(np.rec.fromarrays(POINTS.T, names=['x', 'y', 'z']))),
+    ('.npz', _npz(points=POINTS, colors=POINTS)),
+    ('.npz', _npz(x=POINTS[:, 0], y=POINTS[:, 1], z=POINTS[:, 2])),
+    ('.ptx', _ptx()),
     ('.csv', _text(',', 'x,y,z\n')),
     ('.csv', _text(';', 'x;y;z\n', ',')),
     ('.pts', _text(' ', '30\n')),

@@ -51,11 +51,13 @@ def checked_transform(transform: ArrayLike, name: str = 'T_target_source') -> Tr
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > LAST_ROW_TOLERANCE:
         raise InvalidTransform(f'{name} has the last row {matrix[3]}; it must be 0 0 0 1')
     rotation = matrix[:3, :3]
-    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
-    if error > ORTHONORMALITY_TOLERANCE or np.linalg.det(rotation) < 0:
+    with np.errstate(over='ignore', invalid='ignore'):
+        error = np.abs(rotation @ rotation.T - np.eye(3)).max()
+        determinant = np.linalg.det(rotation)
+    if not error <= ORTHONORMALITY_TOLERANCE or determinant < 0:  # of 1e300 it is not a number
         raise InvalidTransform(
             f'{name} is not rigid: R Rt is off the identity by {error:.2g}, '
-            f'det R = {np.linalg.det(rotation):.3g}; it must be a rotation'
+            f'det R = {determinant:.3g}; it must be a rotation'
         )
     if error > 1e-12:
         u, _, vt = np.linalg.svd(rotation)
