@@ -31,6 +31,16 @@ def read_ptx(path, columns=None):
     return np.vstack(scans) if scans else np.empty((0, 3))
 
 
+def refuse_ptx(lines):
+    """Refuse lines of a table that begin as PTX does.
+
+    Raises:
+        UnreadableCloud: it says what they are.
+    """
+    if [len(line.split()) for _, line in lines[: len(HEAD)]] == list(HEAD):
+        raise UnreadableCloud('by its content it is a PTX; its name must end in .ptx')
+
+
 def _scan(lines, at):
     """Return the (N, 3) points of the scan that begins at a line, and where the next begins."""
     head = [_numbers(lines, at + k, (width,)) for k, width in enumerate(HEAD)]

@@ -14,6 +14,7 @@ from idem_ros.files.nameless import (
     note_first_three,
     refuse_no_coordinates,
 )
+from idem_ros.files.ptx_file import refuse_ptx
 from idem_ros.files.text_lines import COMMENT, numbered_lines, text_of
 from idem_ros.files.text_numbers import (
     NO_NUMBER,
@@ -74,6 +75,7 @@ def text_names(path, columns=None):
 
 def _table(lines, comments):
     """Find delimiter, counts of points, header and width."""
+    refuse_ptx(lines)
     given = SEPARATOR.match(lines[0][1]) if lines else None
     delimiter = given[1] if given else _delimiter(lines)
     lines = lines[1:] if given else lines

@@ -69,6 +69,13 @@ def test_what_is_wrong_with_a_ptx_is_said(tmp_path, points, change, words):
         read_cloud(tmp_path / 'a.ptx')
 
 
+@pytest.mark.parametrize('suffix', ['.pts', '.xyz', '.txt', '.asc'])
+def test_a_ptx_under_the_name_of_a_table_is_told(tmp_path, points, suffix):
+    (tmp_path / f'a{suffix}').write_text(ptx(points))
+    with pytest.raises(UnreadableCloud, match=r'it is a PTX; its name must end in \.ptx'):
+        read_cloud(tmp_path / f'a{suffix}')
+
+
 @pytest.mark.parametrize('save', [np.savez, np.savez_compressed])
 @pytest.mark.parametrize(
     'names',
