@@ -14,8 +14,8 @@ from idem_ros.core.solve.pair import prepare, with_stages
 from idem_ros.core.solve.sweep import sweep_of
 from idem_ros.core.solve.sweep_cost import MovingCost, of_common_twist
 from idem_ros.core.trust.pose_twist import pose_covariance, sweep_covariance
+from idem_ros.core.trust.prior import weighed_twist
 from idem_ros.core.trust.sweep_covariance import of_pose_and_twist
-from idem_ros.core.trust.twist_prior import weighed_twist
 from idem_ros.core.trust_tuning import TRUST
 from idem_ros.core.tuning import SOLVER
 from idem_ros.core.workers import Workers

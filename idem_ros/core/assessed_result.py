@@ -23,10 +23,8 @@ from idem_ros.core.trust.agreement import Agreement
 from idem_ros.core.trust.assessment import assess, out_of_time, too_little
 from idem_ros.core.trust.moving_traffic import judged_beside_another
 from idem_ros.core.trust.observability import Observability
-from idem_ros.core.trust.outside import outside
-from idem_ros.core.trust.prior import Guess, beyond_guess, weighed
-from idem_ros.core.trust.twist_prior import weighed_twist
-from idem_ros.core.trust.unsupported_input import judged_in_scope
+from idem_ros.core.trust.prior import Guess, beyond_guess, weighed, weighed_twist
+from idem_ros.core.trust.unsupported_input import judged_in_scope, outside
 from idem_ros.core.trust.verdict import Assessment
 
 

@@ -1,7 +1,8 @@
-"""Tells when a node's clock was set back, unless it jumps about."""
+"""Tells when a node's clock was set back, unless it jumps about, or stands still."""
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
@@ -34,3 +35,10 @@ class ClockWatch:
         before, self._last = self._last, time.monotonic()
         if self._last - before > STEADY:
             self._on_set_back(self._clock.now().nanoseconds)
+
+
+def why_time_stands_still(node: Node) -> str:
+    """Say that the node's clock waits for /clock, or ''."""
+    clock: Any = node.get_clock()  # a ROSClock
+    stands = clock.ros_time_is_active and clock.now().nanoseconds == 0
+    return 'use_sim_time is true, and /clock has not come' if stands else ''

@@ -16,15 +16,15 @@ from rclpy.node import Node
 
 from idem_ros.maps.open_map import open_map
 from idem_ros.messages.transform_message import stamp_ns
-from idem_ros.node.clock_watch import ClockWatch
+from idem_ros.node.clock_watch import ClockWatch, why_time_stands_still
 from idem_ros.node.config import SubscriptionConfig
 from idem_ros.node.hearing import Hearing
 from idem_ros.node.interface import INPUTS, POSE_INPUTS, TF_INPUTS
-from idem_ros.node.next_target import NextTarget
+from idem_ros.node.publisher_qos import unheard_click
 from idem_ros.node.subscriptions import Subscriptions, require_messages
 from idem_ros.node.traffic import Traffic
 from idem_ros.node.unforeseen import reason_of
-from idem_ros.node.waiting import unheard_click, why_time_stands_still
+from idem_ros.node.worker import NextTarget
 from idem_ros.pairing.guesses import GuessConfig
 from idem_ros.pairing.map_target import REPLACE, MapConfig
 from idem_ros.pairing.pair import Pair, Refusal

@@ -20,10 +20,9 @@ from idem_ros.node.control import Answer, Control, answered
 from idem_ros.node.diagnostics_publisher import PERIOD
 from idem_ros.node.inputs import Inputs
 from idem_ros.node.interface import EVERY_INPUT
-from idem_ros.node.outputs import require_outputs
+from idem_ros.node.outputs import Publishing, require_outputs
 from idem_ros.node.parameters import LiveParameters
 from idem_ros.node.process import warm_up
-from idem_ros.node.publishing import Publishing
 from idem_ros.node.refining import Refining
 from idem_ros.node.subscriptions import require_messages
 from idem_ros.node.traffic import Traffic

@@ -5,7 +5,8 @@ from typing import NamedTuple
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from idem_ros.pairing.guesses import POSE, STREAMED, TF
+from idem_ros.node.interface import POSE_INPUTS
+from idem_ros.pairing.guesses import FOLLOWING, POSE, STREAMED, TF
 from idem_ros.terminal.printable import counted
 
 VOLATILE, TRANSIENT_LOCAL = 'volatile', 'transient_local'
@@ -106,3 +107,16 @@ def _type_of(msgtype: str) -> str:
         return ': remap the topic, or have it converted'
     one = ', or for a single pose to initial_pose' if msgtype == POSE else ''
     return f': set initial_guess.type to {kinds[0]}{one}'
+
+
+def unheard_click(node: Node, guess_type: str) -> str:
+    """Say that a pose is published by hand which a type of guess does not listen to, or ''.
+
+    guess_type: '' of no guess that is waited for.
+    """
+    if guess_type in ('', *FOLLOWING):
+        return ''
+    topic = node.resolve_topic_name(POSE_INPUTS['initial_pose'].name)
+    is_published = node.count_publishers(topic) > 0
+    unheard = f'{topic} is published, which initial_guess.type initial_pose would listen to'
+    return unheard if is_published else ''

@@ -2,7 +2,7 @@
 
 import time
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 
 from idem_ros.calibration.config import RigWatchConfig, require_rig
 from idem_ros.calibration.initial_extrinsics import read_starts
-from idem_ros.calibration.rig_watch import RigWatch
+from idem_ros.calibration.rig_watch import RigWatch, Watched
 from idem_ros.calibration.sighting_messages import (
     SILENT,
     LiveRig,
@@ -31,10 +31,9 @@ from idem_ros.node.parameters import LiveParameters
 from idem_ros.node.ports import domain_of, no_dead_ports
 from idem_ros.node.process import warm_up
 from idem_ros.node.publisher_qos import in_words, offers_on, why_unheard
-from idem_ros.node.rig_status import Status, failed, waiting, watched
 from idem_ros.node.unforeseen import reason_of
 from idem_ros.node.worker import LatestOnlyWorker
-from idem_ros.refinement.diagnostics import OK
+from idem_ros.refinement.diagnostics import ERROR, OK, STALE, WARN
 from idem_ros.refinement.point_time_config import PointTimeConfig
 from idem_ros.refinement.preprocessing import PreprocessingConfig
 from idem_ros.terminal.printable import printable
@@ -44,6 +43,53 @@ REPORT_S = 1.0  # from one status to the next
 STALE_PERIODS = 3  # without an instant
 KEPT = 10
 PATIENCE_S = 2.0  # with an instant under way, at the end: launch sends SIGKILL after ten
+
+
+class Status(NamedTuple):
+    """One status of the diagnostics."""
+
+    level: int
+    text: str
+    values: dict[str, str]
+    about: tuple[str, ...] = ()
+    """The sensors that are not as they should be: when these change, an operator is told."""
+
+
+def watched(found: list[Watched], flaws: list[str]) -> Status:
+    """Return the status of an instant.
+
+    Args:
+        found: of each sensor but the reference.
+        flaws: what was left out, a line each.
+    """
+    moved = [each for each in found if each.drift is not None and each.drift.has_moved]
+    unknown = [each for each in found if each.drift is None]
+    said = [f'{each.name} has moved by {each.drift}' for each in moved]
+    said += [f'{each.name} cannot be told: {each.verdict.reason}' for each in unknown]
+    about = tuple(each.name for each in (*moved, *unknown))
+    values = {name: value for each in found for name, value in _values(each).items()}
+    if not (about or flaws):
+        return Status(OK, f'{len(found) + 1} sensors are where they were calibrated', values)
+    return Status(WARN, '; '.join([*said, *flaws]), values, (*about, *flaws))
+
+
+def failed(reason: str) -> Status:
+    """Return the status of an instant of which nothing can be said."""
+    return Status(ERROR, reason, {}, (reason,))
+
+
+def waiting(text: str) -> Status:
+    """Return the status while nothing comes."""
+    return Status(STALE, text, {}, (text,))
+
+
+def _values(each: Watched) -> dict[str, str]:
+    values = {f'{each.name}: verdict': each.verdict.verdict.value}
+    if each.drift is not None:
+        values[f'{each.name}: moved_m'] = f'{each.drift.metres:.6g}'
+        values[f'{each.name}: moved_deg'] = f'{each.drift.degrees:.6g}'
+        values[f'{each.name}: sigmas'] = f'{each.drift.sigmas:.4g}'
+    return values
 
 
 class RigNode(Node):

@@ -3,7 +3,7 @@
 import queue
 from types import SimpleNamespace
 
-from idem_ros.node.next_target import LARGE, NextTarget
+from idem_ros.node.worker import LARGE, NextTarget
 
 
 def test_a_map_of_which_an_error_comes_that_nobody_foresaw_is_refused_and_the_next_one_taken():

@@ -8,7 +8,7 @@ import pytest
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.messages.transform_message import matrix_of
-from idem_ros.node.next_target import LARGE
+from idem_ros.node.worker import LARGE
 
 STEP = 100 * MS
 

@@ -84,7 +84,7 @@ def broadcast(monkeypatch):
             super().__init__(node, config)
 
     monkeypatch.setattr(outputs, '_tf_class', lambda: SimpleNamespace)
-    monkeypatch.setattr('idem_ros.node.publishing.Outputs', Broadcaster)
+    monkeypatch.setattr('idem_ros.node.outputs.Outputs', Broadcaster)
     return sent
 
 

@@ -21,8 +21,7 @@ from idem_ros.calibration.sighting_messages import LiveRig
 from idem_ros.core import InvalidConfig
 from idem_ros.messages.transform_message import translation_and_quaternion
 from idem_ros.node.messages import cloud_message
-from idem_ros.node.rig_node import RigNode
-from idem_ros.node.rig_status import Status
+from idem_ros.node.rig_node import RigNode, Status
 
 OK, WARN, ERROR, STALE = (bytes([level]) for level in range(4))
 PERIOD_NS = 10**8

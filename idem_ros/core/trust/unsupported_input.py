@@ -1,17 +1,20 @@
 """What clouds cannot be judged: all in one plane, rounded too coarsely, or of another scale.
 
-A verdict on such clouds would be about what they have lost, so it is not given.
+A verdict on such clouds would be about what they have lost, so it is not given; nor is one on a
+scan where its map has nothing.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from idem_ros.core.arrays import Floats, Points, Transform
+from idem_ros.core.arrays import Floats, Point, Points, Transform
+from idem_ros.core.geometry import se3
 from idem_ros.core.geometry.symmetric3 import adjugate, determinant, trace
 from idem_ros.core.metric.balls import Balls
 from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.trust.agreement import Agreement
+from idem_ros.core.trust.reasons import WIDER
 from idem_ros.core.trust.scale import scale_left_open
 from idem_ros.core.trust.verdict import LEAST_PROBABILITY, Assessment, Verdict
 
@@ -124,3 +127,27 @@ def _coarsest_axis(cloud: Cloud, tolerated: float) -> tuple[str, float]:
 
 def _sampled(points: Points) -> Points:
     return points[:: max(len(points) // SAMPLE, 1)]
+
+
+def outside(bounds: Floats, source: Cloud, T_target_source: Transform) -> Assessment:
+    """Return the `Assessment` of a scan that no point of its map is near to.
+
+    Args:
+        bounds: (2, 3) lowest and highest coordinates of the map.
+        source: the scan.
+        T_target_source: (4, 4) its pose, the guess.
+    """
+    middle = se3.transform_points(T_target_source, source.origin)
+    low, high = bounds
+    reason = (
+        f'the map has nothing near the scan, whose middle is at {_told(middle)} at the guess; '
+        f'the map lies from {_told(low)} to {_told(high)}'
+    )
+    width, of_map = (float(np.max(b - a)) for a, b in (source.extent(), bounds))
+    if width > WIDER * of_map:
+        reason += f'; the scan is {width:.3g} wide, the map {of_map:.3g}: the same unit?'
+    return Assessment(Verdict.SEPARATED, 0.0, reason)
+
+
+def _told(point: Point) -> str:
+    return '(' + ', '.join(f'{x:.10g}' for x in np.round(point, 2)) + ')'

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from idem_ros.core.geometry import se3
-from idem_ros.core.trust.twist_prior import weighed_twist
+from idem_ros.core.trust.prior import weighed_twist
 
 NOBODY = np.zeros(3)
 
