@@ -81,7 +81,7 @@ def quantile(values: Floats, share: float) -> float:
 
 @kernel
 def _of_rank(values: Floats, rank: int) -> tuple[float, float]:
-    """Return the value of a rank, from 0, among values (n,), and the next one; the last: twice it.
+    """Return the value of a rank, from 0, among values (n,), and of the next, or last, rank.
 
     By the histogram's bin that it is in, again and again, until a few are left to be sorted.
     """
