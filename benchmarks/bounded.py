@@ -9,9 +9,11 @@ from benchmarks.goal import Goal
 from idem_ros.core import Cloud, MapCloud, RegistrationConfig, register, register_all
 from idem_ros.core.geometry.se3 import inverse, transform_points
 from idem_ros.simulation.drive import drive, perturbed
+from idem_ros.simulation.forest import forest
 from idem_ros.simulation.lidar import Lidar, scan
 from idem_ros.simulation.room import room
 from idem_ros.simulation.street import street
+from idem_ros.simulation.tunnel import tunnel
 
 COST = 5.0  # times the slowest honest cloud
 SHARE, SLACK_MS = 1.2, 20.0  # of a budget, or beyond it
@@ -19,6 +21,7 @@ SIZES, QUICK_SIZES = (5_000, 20_000, 60_000), (3_000,)
 BUDGETS, QUICK_BUDGETS = (20.0, 100.0), (20.0,)  # [ms]
 VOXELS = (None, 'auto', 0.5)
 RINGS, SWEEP = 64, 0.1
+PLACES = street, room, forest, tunnel
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Scene:
 
 
 def scene(kind, points, rng):
-    """Return a `Scene` of street or room."""
+    """Return a `Scene` of one of `PLACES`."""
     place = kind(rng)
     steps = int(1.5 * points / RINGS)
     lidar = Lidar(RINGS, -24.8, 15.0, steps, range_noise_m=0.02, max_range_m=120.0)
@@ -48,6 +51,9 @@ def garbage(n, rng):
         'random floats': floats,
         'of any size': 10.0 ** rng.uniform(-8, 7, (n, 3)) * rng.choice([-1, 1], (n, 3)),
         'of heavy tails': rng.standard_cauchy((n, 3)),
+        'of fat tails': rng.normal(size=(n, 3)) / rng.uniform(1e-6, 1, (n, 1)),
+        'of thin tails': 5.0 * rng.standard_t(3, (n, 3)),
+        'in a ball and far off': rng.normal(size=(n, 3)) * rng.choice([1, 100], (n, 1)),
         'in two places': away + rng.normal(size=(n, 3)),
         'in a line': np.linspace(-100, 100, n)[:, None] * (1.0, 0.3, 0.0),
         'in one place': np.ones((n, 3)),
@@ -58,7 +64,7 @@ def garbage(n, rng):
 def costs(points, voxel_size, rng):
     """Yield (`Goal`, of whom) of garbage of so many points, in a cloud and in a map."""
     config = RegistrationConfig(voxel_size=voxel_size)
-    honest = [scene(kind, points, rng) for kind in (street, room)]
+    honest = [scene(kind, points, rng) for kind in PLACES]
     for as_target in (Cloud, MapCloud):
         targets = [as_target(each.scans[0]) for each in honest]
         slowest = max(

@@ -10,10 +10,10 @@ from idem_ros.terminal.command_line import FAILED, OK, progress
 
 TEXT = """## Bounded work
 
-Clouds that are no scans beside scans of a street and a room of as many points, in the time of the
-processor over that of the slowest scan; in a map, what is near already is prepared. And how much
-longer than allowed, 1.2 x or 20 ms more, registrations take that have a budget: by the clock, so
-that a busy machine misses.
+Clouds that are no scans beside scans of a street, a room, woods and a tunnel of as many points,
+in the time of the processor over that of the slowest scan; in a map, what is near already is
+prepared. And how much longer than allowed, 1.2 x or 20 ms more, registrations take that have a
+budget: by the clock, so that a busy machine misses.
 
 """
 

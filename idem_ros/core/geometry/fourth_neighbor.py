@@ -5,12 +5,15 @@ from typing import TypeAlias
 import numpy as np
 
 from idem_ros.core.arrays import Floats, Indices, Point, Points
-from idem_ros.core.geometry.grid import Grid, build_grid, neighbours, room_for
+from idem_ros.core.geometry.grid import Grid, build_grid, crowding, neighbours, room_for
 from idem_ros.core.jit import inlined, kernel
 
 FEW = 8  # points for which looking at all others costs no more than sorting them into cells
 REACH = 1.7  # of the upper quartile of these: nearly all points are settled in the first round
 GROWTH = 3.0
+CROWDED = (
+    200.0  # points that share a cell, on average: with more narrower ones are looked in first
+)
 # An estimate leaves out what is this many times as far as all but a quarter of the points are:
 # each of a percent of strays has a voxel of its own.
 STRAY, STRAY_SHARE = 30.0, 4
@@ -30,22 +33,38 @@ def mean_fourth_neighbor_distance(points: Points, most: int | None = None) -> fl
     distance = np.full(len(queries), np.nan)
     few = np.arange(0, len(queries), max(len(queries) // FEW, 1))
     _look_at_all(queries, points, few, distance)
-    upper_quartile = np.sort(distance[few])[3 * len(few) // 4]
+    lower_quartile, upper_quartile = np.sort(distance[few])[[len(few) // 4, 3 * len(few) // 4]]
     reach = max(REACH * upper_quartile, LEAST_REACH * np.ptp(points))
     if reach == 0.0:
         return 0.0
     open_ = np.flatnonzero(np.isnan(distance))
-    while len(open_) > FEW:
-        grid, _ = build_grid(points, reach)
-        _look_in_cells(queries, grid, reach**2, open_, distance)
-        open_ = open_[np.isnan(distance[open_])]
-        reach *= GROWTH
+    if len(open_) > FEW:
+        grid = _first_grid(points, reach, REACH * lower_quartile)
+        reach = grid.cell
+        while True:
+            _look_in_cells(queries, grid, reach**2, open_, distance)
+            open_ = open_[np.isnan(distance[open_])]
+            if len(open_) <= FEW:
+                break
+            reach *= GROWTH
+            grid, _ = build_grid(points, reach)
     _look_at_all(queries, points, open_, distance)
     if most is not None and distance.any():
         apart = np.sort(distance[distance > 0.0])
         usual = apart[-1 - len(apart) // STRAY_SHARE]
         distance = distance[(distance > 0.0) & (distance <= STRAY * usual)]
     return float(distance.mean())
+
+
+def _first_grid(points: Points, reach: float, narrower: float) -> Grid:
+    """Return a `Grid` of cells of a reach; of a narrower one, where too many share a cell.
+
+    The reach of the few that lie apart would find most of the others.
+    """
+    grid, _ = build_grid(points, reach)
+    if 0.0 < narrower < reach and crowding(grid) > CROWDED:
+        grid, _ = build_grid(points, narrower)
+    return grid
 
 
 @kernel

@@ -40,9 +40,6 @@ from idem_ros.core.workers import ALONE, Workers, in_threads, spans
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
-# Points that share a cell, on average, from which on voxels, of so much of its edge, bound the
-# time of copies and of garbage; scans have up to 7.
-CROWDED, CROWDED_VOXEL = 60.0, 0.25
 KEPT = 8  # results of each kind: enough for two schedules of four stages
 
 
@@ -200,11 +197,6 @@ class Cloud:
     def crowding(self, radius: float) -> float:
         """Return how many points share the cell of a point, on average; see `in_cells`."""
         return crowding(self.in_cells(radius).grid)
-
-    def uncrowded(self, radius: float) -> Cloud:
-        """Return the cloud, on voxels where a ball would hold hundreds: copies, or far denser."""
-        is_crowded = self.crowding(radius) > CROWDED
-        return self.reduced(CROWDED_VOXEL * radius) if is_crowded else self
 
     def voxel_fit(self, tuning: SolverTuning = SOLVER) -> Fit | None:
         """Return how the points fill voxels, a `Fit`, or None; computed once."""

@@ -7,6 +7,10 @@ from idem_ros.core.workers import Workers, in_threads
 
 SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
 STEPS_PER_OCTAVE = 8
+# Points that share a cell, on average, from which on voxels bound the time of copies and garbage:
+# as given, of which scans have up to 28, and of voxels, up to 5; and whatever radius is asked for.
+CROWDED, CROWDED_VOXELS, MOST_CROWDED = 30.0, 12.0, 60.0
+THINNED = 0.25, 0.25 * 2.0**0.5, 0.5  # of the radius: edges of those voxels, the finest first
 
 
 def weighted_radius(a: float, target: Cloud, source: Cloud, most: int | None = None) -> float:
@@ -37,6 +41,27 @@ def widest_useful(target: Cloud, source: Cloud, widest: float) -> float:
     """Return the radius beyond which a ball no longer tells one part of a cloud from another."""
     boxes = (cloud.extent() for cloud in (target, source))
     return widest * min(float(np.linalg.norm(high - low)) / 2 for low, high in boxes)
+
+
+def uncrowded(cloud: Cloud, radius: float, among_voxels: bool, asked: float) -> Cloud:
+    """Return a cloud, or its finest voxels of which few enough share a cell.
+
+    Of copies, of clouds far denser than the other, and of tails, whose few far points make a
+    radius in which the many are all neighbours.
+
+    Args:
+        cloud: `Cloud`.
+        radius: of the balls.
+        among_voxels: whether all clouds are of voxels.
+        asked: how many times as wide as usual the balls are to be.
+    """
+    few = max(asked, 1.0) ** 2 * (CROWDED_VOXELS if among_voxels else CROWDED)
+    most, found = min(few, MOST_CROWDED), cloud
+    for edge in THINNED:
+        if found.crowding(radius) <= most:
+            break
+        found = cloud.reduced(edge * radius)
+    return found
 
 
 def rounded(radius: float) -> float:

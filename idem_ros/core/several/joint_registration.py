@@ -200,7 +200,7 @@ def _minimized(
 
 def _cost(prepared: _Prepared, stage: JointStage) -> JointCost:
     config, tuning, workers = prepared.config, prepared.tuning, prepared.workers
-    clouds = clouds_of_stage(prepared.reduced, stage, workers)
+    clouds = clouds_of_stage(prepared.reduced, stage, config, workers)
     most = np.inf if stage.is_last else COARSE_CENTRES
     balls = JointBalls(clouds, stage.radius, workers, most_centres=most)
     return JointCost(balls, joint_cost(stage, config, tuning, balls.among_voxels), prepared.known)

@@ -16,7 +16,7 @@ from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
 from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.moments import TIE
 from idem_ros.core.metric.noise import widening_for
-from idem_ros.core.metric.radii import SAMPLE, rounded
+from idem_ros.core.metric.radii import SAMPLE, rounded, uncrowded
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import NOISE, BallCost
 from idem_ros.core.tuning import SolverTuning
@@ -84,14 +84,18 @@ def joint_stages(
     return [*stages, last]
 
 
-def clouds_of_stage(clouds: Sequence[Cloud], stage: JointStage, workers: Workers) -> list[Cloud]:
+def clouds_of_stage(
+    clouds: Sequence[Cloud], stage: JointStage, config: RegistrationConfig, workers: Workers
+) -> list[Cloud]:
     """Return the clouds on the voxels of a stage; in the last as they are, but for copies."""
+    among_voxels = all(cloud.is_reduced for cloud in clouds)
+    asked = config.a * config.radius_schedule[-1]
 
     def of_stage(cloud: Cloud) -> Cloud:
         """Return one on its voxels."""
         if stage.voxel_size is not None:
             return cloud.reduced(stage.voxel_size)
-        return cloud.uncrowded(stage.radius)
+        return uncrowded(cloud, stage.radius, among_voxels, asked)
 
     return in_threads(workers, of_stage, clouds)
 

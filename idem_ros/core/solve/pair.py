@@ -15,7 +15,13 @@ from idem_ros.core.metric.cloud import Cloud
 from idem_ros.core.metric.entropy import TWO_PI_E_CUBED, length_unit
 from idem_ros.core.metric.measured_points import require_resolved
 from idem_ros.core.metric.noise import widening
-from idem_ros.core.metric.radii import last_radius, rounded, wide_radius, widest_useful
+from idem_ros.core.metric.radii import (
+    last_radius,
+    rounded,
+    uncrowded,
+    wide_radius,
+    widest_useful,
+)
 from idem_ros.core.metric.voxel_size import size_found
 from idem_ros.core.solve.ball_cost import NOISE, BallCost
 from idem_ros.core.solve.cost import JointEntropy, NormalBalance
@@ -166,11 +172,13 @@ def with_stages(pair: Pair) -> Pair:
     radius = rounded(config.radius_schedule[-1] * radius)
     if radius == 0.0:
         return pair
-    clouds = clouds[0].uncrowded(radius), clouds[1].uncrowded(radius)  # copies have no thickness
+    how = not pair.sampling.jumps, config.a * config.radius_schedule[-1]
+    target, source = (uncrowded(cloud, radius, *how) for cloud in clouds)
+    clouds = target, source  # copies have no thickness
     in_threads(workers, lambda cloud: cloud.thickness(radius), clouds)
     wider = widening(*clouds, radius, tuning)
     last = Stage(rounded(radius * wider), None, is_last=True)
-    target, source = (cloud.uncrowded(last.radius) for cloud in clouds)
+    target, source = (uncrowded(cloud, last.radius, *how) for cloud in clouds)
     pair = pair._replace(target=target, source=source)
     return pair._replace(stages=(*_coarse_stages(pair, wide), last))
 
