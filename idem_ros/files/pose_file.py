@@ -16,6 +16,10 @@ EXPECTED = (
     'a 4x4 matrix or its first three rows, in rows or in one line, or one line t x y z qx qy qz qw'
 )
 LARGEST = 1 << 20  # [bytes]; more is no pose
+HINTS = {
+    7: '; a TUM line begins with a time: put 0 before it',
+    6: '; angles are not read: a quaternion or a matrix must say the rotation',
+}
 SHOWN = 60  # characters of a line in a message
 UNIT_LENGTH = 0.01  # of a quaternion: how far off it is by few digits
 ABOUT_X = 0.96  # of the x axis that a rotation about x, or nearly, keeps of itself
@@ -135,7 +139,7 @@ def _matrix(rows):
         matrix = np.concatenate([np.ravel(row) for row in rows]).reshape(-1, 4)
         return matrix if len(matrix) == 4 else np.vstack([matrix, (0.0, 0.0, 0.0, 1.0)])
     shown = f'lines of {", ".join(map(str, lengths[:5]))} numbers' if lengths else 'no number'
-    hint = '; a TUM line begins with a time: put 0 before it' if lengths == [7] else ''
+    hint = HINTS.get(lengths[0], '') if len(lengths) == 1 else ''
     raise UnreadablePose(f'it holds {shown}{hint}')
 
 

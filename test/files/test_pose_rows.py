@@ -159,5 +159,5 @@ def test_a_quaternion_of_another_length_is_refused_everywhere(tmp_path):
 
 def test_a_pose_of_angles_is_refused(tmp_path):
     (tmp_path / 'a.txt').write_text('1.0 2.0 3.0 0.1 0.2 0.3\n')
-    with pytest.raises(UnreadablePose, match='lines of 6 numbers'):
+    with pytest.raises(UnreadablePose, match='lines of 6 numbers; angles are not read'):
         read_pose(tmp_path / 'a.txt')
