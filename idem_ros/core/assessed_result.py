@@ -53,7 +53,7 @@ def assessed(
     assert descent.cost is not None, 'a result has the radius of its cost'
     T, balls = descent.solution.transform, descent.cost.balls
     if pair.config.mode == 'audit':
-        descent = minimum_beside(descent, pair, observability.held)
+        descent = minimum_beside(descent, pair, observability.constrained)
         T = descent.solution.transform
         agreement, _ = agreement_at(pair, balls, T)
     assessment = assess(pair, given, descent, guess.transform, agreement, observability)

@@ -81,7 +81,7 @@ def _along_observable(pair: Pair, T_guess: Transform, descent: Descent) -> Found
     weak = _weak_direction(observability, pair.tuning)
     if weak is None:
         if 0 < observability.observable.sum() < 6:
-            descent = descend(pair, T_guess, observability.held)
+            descent = descend(pair, T_guess, observability.constrained)
         return descent, observability
     k, direction = weak
     is_firm = _is_firm(observability, k, pair.tuning)

@@ -73,21 +73,21 @@ def judged(edges: Sequence[Edge], clouds: Sequence[Cloud], audit: Audit) -> list
             share = f'{edge.overlap:.1%} of the points have a neighbour in the other cloud'
             return replace(edge, verdict=Verdict.LOW_OVERLAP, reason=share)
         T = se3.inverse(audit.poses[edge.i]) @ audit.poses[edge.j]
-        said = audit.of(clouds[edge.i], clouds[edge.j], T)
-        return replace(edge, **told(said))
+        assessment = audit.of(clouds[edge.i], clouds[edge.j], T)
+        return replace(edge, **judged_as(assessment))
 
     return in_threads(audit.workers, judge, edges)
 
 
-def told(said: Assessment) -> dict[str, Any]:
+def judged_as(assessment: Assessment) -> dict[str, Any]:
     """Return an `Assessment` of two clouds as the fields of their `Edge`."""
-    is_usable = said.verdict in USABLE
+    is_usable = assessment.verdict in USABLE
     return {
-        'verdict': said.verdict,
-        'p_aligned': said.p_aligned,
-        'reason': said.reason,
-        'covariance': said.covariance if is_usable else None,
-        'gap': said.offset,
+        'verdict': assessment.verdict,
+        'p_aligned': assessment.p_aligned,
+        'reason': assessment.reason,
+        'covariance': assessment.covariance if is_usable else None,
+        'gap': assessment.offset,
     }
 
 
@@ -127,8 +127,8 @@ def verdicts_of(
             return CloudVerdict(Verdict.SEPARATED, 0.0, _apart(clouds, k, radius))
         others = company[k]
         union = Cloud.joined([reduced[j] for j in others], audit.poses[others])
-        said = audit.of(union, clouds[k], audit.poses[k])
-        return CloudVerdict(said.verdict, said.p_aligned, said.reason)
+        assessment = audit.of(union, clouds[k], audit.poses[k])
+        return CloudVerdict(assessment.verdict, assessment.p_aligned, assessment.reason)
 
     verdicts = in_threads(audit.workers, judge, range(len(clouds)))
     return _led_to(verdicts, company, fixed)
@@ -144,7 +144,7 @@ def _led_to(
     verdicts: list[CloudVerdict], company: Sequence[Sequence[int]], fixed: Mask
 ) -> list[CloudVerdict]:
     """Return verdicts, but for clouds that agree with others, of which none leads to one held."""
-    good = [said.verdict in USABLE for said in verdicts]
+    good = [assessment.verdict in USABLE for assessment in verdicts]
     links = [(k, j) for k, is_good in enumerate(good) if is_good for j in company[k]]
     part = parts_of(np.array(links, int).reshape(-1, 2), len(verdicts))
     for k, is_good in enumerate(good):

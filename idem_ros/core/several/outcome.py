@@ -12,7 +12,7 @@ from idem_ros.core.geometry import se3
 from idem_ros.core.metric.voxel_size import size_found, with_voxel_size
 from idem_ros.core.registration import register
 from idem_ros.core.result import RegistrationResult
-from idem_ros.core.several.edges import told, turned_around
+from idem_ros.core.several.edges import judged_as, turned_around
 from idem_ros.core.several.joint_agreement import JointAgreement
 from idem_ros.core.several.joint_descent import JointSolution
 from idem_ros.core.several.joint_result import CloudVerdict, Edge, JointResult
@@ -55,8 +55,8 @@ def outcome(
     edges = sorted((_renumbered(edge, numbers, poses) for edge in found.edges), key=_ends)
     held = sorted(numbers[k] for k in np.flatnonzero(found.fixed))
     verdicts = [_too_few(size) for size in sizes]
-    for k, said in zip(numbers, found.verdicts or [_LATE] * len(numbers), strict=True):
-        verdicts[k] = said
+    for k, assessment in zip(numbers, found.verdicts or [_LATE] * len(numbers), strict=True):
+        verdicts[k] = assessment
     return JointResult(
         poses=poses,
         covariance=_spread(found.covariance, numbers, count),
@@ -131,11 +131,11 @@ def pair_outcome(
 
 
 def _edge_and_verdicts(result: RegistrationResult) -> tuple[Edge, tuple[CloudVerdict, ...]]:
-    edge, said = Edge(0, 1, result.overlap, result.q_mean), result.assessment
-    if said is None:
+    edge, assessment = Edge(0, 1, result.overlap, result.q_mean), result.assessment
+    if assessment is None:
         return edge, ()
-    verdict = CloudVerdict(said.verdict, said.p_aligned, said.reason)
-    edge = replace(edge, **told(said))
+    verdict = CloudVerdict(assessment.verdict, assessment.p_aligned, assessment.reason)
+    edge = replace(edge, **judged_as(assessment))
     if edge.gap is None:  # they are where the two alone have them
         edge = replace(edge, gap=np.zeros(6))
     return edge, (verdict, verdict)

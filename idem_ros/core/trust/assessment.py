@@ -28,7 +28,7 @@ from idem_ros.core.trust.reasons import (
     verdict_and_reason,
 )
 from idem_ros.core.trust.regions import by_region
-from idem_ros.core.trust.residuals import told_by_residuals
+from idem_ros.core.trust.residuals import residual_diagnosis
 from idem_ros.core.trust.sweep_covariance import by_region_in_motion, covariance_in_motion
 from idem_ros.core.trust.verdict import NOTHING_KNOWN, Assessment, Verdict, probability
 
@@ -74,7 +74,7 @@ def assess(
     more, unknown = model_error_covariance(pair.config.model_error), NOTHING_KNOWN * np.eye(6)
     verdict, reason = verdict_and_reason(p, evidence, lack, free, descent)
     is_solved = descent.solution.termination is not Termination.NOT_STARTED
-    said = Assessment(
+    assessment = Assessment(
         verdict,
         p,
         f'{reason}; {told}' if told else reason,
@@ -87,12 +87,14 @@ def assess(
         **evidence._replace(overlap=agreement.overlap.share)._asdict(),
     )
     if pair.config.mode != 'audit':
-        return said
+        return assessment
     offset = offset_of(T_guess, T, observability)
     moved = np.linalg.norm(np.linalg.solve(observability.motions, offset)) / balls.radius
-    held = pose_covariance(_along_held(covariance, observability), position) + more
-    of_minimum = replace(said, step=float(moved))
-    return audited(of_minimum, to_pose(position) @ offset, held, pair.config.audit_tolerance)
+    constrained = pose_covariance(_along_held(covariance, observability), position) + more
+    of_minimum = replace(assessment, step=float(moved))
+    return audited(
+        of_minimum, to_pose(position) @ offset, constrained, pair.config.audit_tolerance
+    )
 
 
 def _pull_and_covariance(
@@ -108,8 +110,8 @@ def _pull_and_covariance(
     if descent.moving is None:
         found = by_region(cost, T, observability, agreement.moments)
         covariance = covariance_of(cost, T, observability, found, trust.in_common)
-        held, radius = observability.held, cost.balls.radius
-        told, smear = told_by_residuals(found, T, pair.source.origin, held, radius)
+        constrained, radius = observability.constrained, cost.balls.radius
+        told, smear = residual_diagnosis(found, T, pair.source.origin, constrained, radius)
         return found.total, trust.alike_surfaces * jumps * covariance + smear, told
     regions = by_region_in_motion(descent.moving, cost, T, observability)
     both = covariance_in_motion(regions, descent.moving.sweep, cost, T, observability)
@@ -140,15 +142,15 @@ def _least_contrast(balls: Balls, T: Transform, observability: Observability, q:
 
 
 def _step(observability: Observability, gradient: Twist, matrix: Matrix6) -> float:
-    """Return how far the next step along the motions held would move the surfaces."""
-    held = observability.held
-    along, _ = newton_step(held.T @ matrix @ held, held.T @ gradient)
+    """Return how far the next step along the observable motions would move the surfaces."""
+    constrained = observability.constrained
+    along, _ = newton_step(constrained.T @ matrix @ constrained, constrained.T @ gradient)
     return float(np.linalg.norm(along))
 
 
 def _along_held(covariance: Matrix6, observability: Observability) -> Floats:
-    """Return the (6, 6) covariance, but that of the motions held alone."""
+    """Return the (6, 6) covariance, but that of the observable motions alone."""
     back = np.linalg.inv(observability.motions)[observability.observable]
-    only = observability.held @ back
+    only = observability.constrained @ back
     along: Floats = only @ covariance @ only.T
     return along

@@ -33,7 +33,7 @@ def share_within(offset: Floats, covariance: Matrix6, tolerance: tuple[float, ..
 
     Args:
         offset: (6,) x y z rx ry rz of the pose from the minimum.
-        covariance: (6, 6) of the minimum's own error along the motions that are held, likewise.
+        covariance: (6, 6) of the minimum's own error along observable motions, likewise.
         tolerance: a length, and an angle [deg].
     """
     share = 1.0
@@ -47,28 +47,28 @@ def share_within(offset: Floats, covariance: Matrix6, tolerance: tuple[float, ..
 
 
 def audited(
-    said: Assessment, offset: Floats, covariance: Matrix6, tolerance: tuple[float, ...]
+    assessment: Assessment, offset: Floats, covariance: Matrix6, tolerance: tuple[float, ...]
 ) -> Assessment:
     """Return what the `Assessment` of the minimum beside an audited pose says of the pose.
 
-    Args as `share_within`; said: that of the minimum.
+    Args as `share_within`; assessment: that of the minimum.
     """
     share = share_within(offset, covariance, tolerance)
-    said = replace(
-        said,
-        p_aligned=said.p_aligned * share,
-        covariance=said.covariance + np.outer(offset, offset),
+    assessment = replace(
+        assessment,
+        p_aligned=assessment.p_aligned * share,
+        covariance=assessment.covariance + np.outer(offset, offset),
         offset=offset,
     )
-    is_good = said.verdict in (Verdict.ALIGNED, Verdict.DEGENERATE)
-    if not is_good or said.p_aligned >= LEAST_PROBABILITY:
-        return said
+    is_good = assessment.verdict in (Verdict.ALIGNED, Verdict.DEGENERATE)
+    if not is_good or assessment.p_aligned >= LEAST_PROBABILITY:
+        return assessment
     distance, degrees = hypot(*offset[:3]), np.degrees(hypot(*offset[3:]))
     reason = (
         f'the minimum is {distance:.2g} and {degrees:.2g} deg away, where {tolerance[0]:g} and '
         f'{tolerance[1]:g} deg are tolerated'
     )
-    return replace(said, verdict=Verdict.MISALIGNED, reason=reason)
+    return replace(assessment, verdict=Verdict.MISALIGNED, reason=reason)
 
 
 def _normal(x: float) -> float:

@@ -21,7 +21,7 @@ class Holders(NamedTuple):
 
 
 def holders_of(observability: Observability, sample: int) -> Holders:
-    """Return the `Holders` of the motions held, about so many of either cloud a motion.
+    """Return the `Holders` of the observable motions, about so many of either cloud a motion.
 
     How far a motion moves a surface at most is told by all but a few: a ball on an edge may have
     any normal, and a distant one a long arm. Those that it moves by more than half of that
@@ -32,14 +32,14 @@ def holders_of(observability: Observability, sample: int) -> Holders:
         observability.along, observability.observable, len(of_target), sample
     )
     centres = of_target[rows[0]], of_source[rows[1]]
-    return Holders(observability.held / np.where(most > 0.0, most, 1.0), centres, motion)
+    return Holders(observability.constrained / np.where(most > 0.0, most, 1.0), centres, motion)
 
 
 @kernel
 def _holding(
     along: Floats, observable: Mask, of_target: int, sample: int
 ) -> tuple[Floats, tuple[Integers, Integers], tuple[Integers, Integers]]:
-    """Return how far each motion held moves a surface at most, (k,), and the rows of its holders.
+    """Return how far each observable motion moves a surface at most, (k,), and its holders.
 
     Of the target's rows, which are the first, and of the source's; and which motion each is for.
     """

@@ -1,4 +1,4 @@
-"""How much worse the clouds agree a radius away from a pose, along each motion that is held."""
+"""How much worse the clouds agree a radius away from a pose, along each observable motion."""
 
 from collections.abc import Sequence
 

@@ -37,17 +37,17 @@ def covariance_of(
         in_common: as in `TrustTuning`.
     """
     matrix = regions.total.matrix
-    held, moved, free = firm_and_loose(observability.held, matrix)
+    constrained, moved, free = firm_and_loose(observability.constrained, matrix)
     free = np.concatenate([observability.free, free], axis=1)
-    firm, roots = stiff_and_curved(cost, T_target_source, held, moved)
-    wider = _widening(held, regions.ruled, in_common) @ matrix
+    firm, roots = stiff_and_curved(cost, T_target_source, constrained, moved)
+    wider = _widening(constrained, regions.ruled, in_common) @ matrix
     scatter = wider @ scatter_of(regions.pulls, regions.stiffness, firm, roots) @ wider.T
-    units = observability.held
+    units = observability.constrained
     floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
     return scatter + floor + observability.lever_arm**2 * free @ free.T
 
 
-def _widening(held: Twists, ruled: Matrix6, in_common: float) -> Matrix6:
+def _widening(constrained: Twists, ruled: Matrix6, in_common: float) -> Matrix6:
     """Return (6, 6) that, times the matrix, takes errors to those with what lines have in common.
 
     Rings of both scans draw each other together wherever they fall, alike in all regions, which no
@@ -55,11 +55,11 @@ def _widening(held: Twists, ruled: Matrix6, in_common: float) -> Matrix6:
     alone would leave 1 / (1 - s) of its variance. Lines that err as these do, by a share of it
     that they have in common, move the result by s of that: s^2 / (1 - s) more.
 
-    held: (6, k) motions of unit stiffness.
+    constrained: (6, k) motions of unit stiffness.
     """
-    share, axes = np.linalg.eigh(held.T @ ruled @ held)
+    share, axes = np.linalg.eigh(constrained.T @ ruled @ constrained)
     share = np.minimum(np.maximum(share, 0.0), MOST_RULED)
-    along = held @ axes
+    along = constrained @ axes
     return along * np.sqrt(1.0 + in_common * share**2 / (1.0 - share)) @ along.T
 
 
@@ -76,17 +76,17 @@ def scatter_of(pulls: Floats, stiffness: Floats, firm: Twists, roots: Twists) ->
     return roots @ _jackknifed(shares, along) @ roots.T
 
 
-def firm_and_loose(held: Twists, matrix: Floats) -> tuple[Twists, Floats, Twists]:
+def firm_and_loose(constrained: Twists, matrix: Floats) -> tuple[Twists, Floats, Twists]:
     """Return motions (n, k) of unit stiffness, how far each moves surfaces, and those without any.
 
     Args:
-        held: (n, m) motions that move surfaces by 1.
+        constrained: (n, m) motions that move surfaces by 1.
         matrix: (n, n) stiffness.
     """
-    stiffness, axes = np.linalg.eigh(held.T @ matrix @ held)
+    stiffness, axes = np.linalg.eigh(constrained.T @ matrix @ constrained)
     firm = stiffness > LEAST_STIFFNESS * np.maximum(stiffness[-1:], 0.0)  # the greatest, if any
     moved = 1.0 / np.sqrt(stiffness[firm])
-    return held @ axes[:, firm] * moved, moved, held @ axes[:, ~firm]
+    return constrained @ axes[:, firm] * moved, moved, constrained @ axes[:, ~firm]
 
 
 @kernel

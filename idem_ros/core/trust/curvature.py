@@ -18,36 +18,36 @@ LEAST_CURVATURE, MOST_CURVATURE = 0.2, 1.5  # of the majoriser's
 
 
 def stiff_and_curved(
-    cost: JointEntropy, T_target_source: Transform, held: Twists, moved: Floats
+    cost: JointEntropy, T_target_source: Transform, constrained: Twists, moved: Floats
 ) -> tuple[Twists, Twists]:
     """Return motions (6, k) in which the whole stiffness is the identity, and the curvature is.
 
     Args:
         cost: that of the last stage.
         T_target_source: (4, 4) where.
-        held: (6, k) motions of unit stiffness.
+        constrained: (6, k) motions of unit stiffness.
         moved: (k,) how far each moves the surfaces.
     """
-    part, axes = _curvature(cost, T_target_source, held, moved)
-    firm = held @ axes
+    part, axes = _curvature(cost, T_target_source, constrained, moved)
+    firm = constrained @ axes
     return firm, firm / np.sqrt(part)
 
 
 def _curvature(
-    cost: JointEntropy, T: Transform, held: Twists, moved: Floats
+    cost: JointEntropy, T: Transform, constrained: Twists, moved: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the curvature over the majoriser's along axes (k, k) of the held motions, (k,).
+    """Return the curvature over the majoriser's along axes (k, k) of the observable motions, (k,).
 
     The majoriser is wider than the cost: by how much, a sample of the centres tells.
     """
     steps = STEP * cost.balls.radius / moved
-    pulls, stiffness = _sampled(cost, T, (steps * held).T)
+    pulls, stiffness = _sampled(cost, T, (steps * constrained).T)
     change: Floats = (pulls[1:] - pulls[:1]) / steps[:, None]
-    firmness, along = np.linalg.eigh(held.T @ stiffness @ held)  # in rising order
+    firmness, along = np.linalg.eigh(constrained.T @ stiffness @ constrained)  # in rising order
     if len(firmness) == 0 or firmness[0] <= LEAST_STIFFNESS * max(firmness[-1], 0.0):
         return np.ones(len(firmness)), np.eye(len(firmness))  # it met not all surfaces
     inverse = along / firmness @ along.T
-    part, axes = np.linalg.eigh(_symmetric(inverse @ (change @ held)))
+    part, axes = np.linalg.eigh(_symmetric(inverse @ (change @ constrained)))
     return np.minimum(np.maximum(part, LEAST_CURVATURE), MOST_CURVATURE), axes
 
 

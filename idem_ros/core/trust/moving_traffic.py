@@ -74,7 +74,7 @@ class _Some(NamedTuple):
 
 
 def judged_beside_another(
-    said: Assessment,
+    assessment: Assessment,
     balls: Balls,
     observability: Observability,
     agreement: Agreement,
@@ -84,28 +84,28 @@ def judged_beside_another(
     """Return an `Assessment` as it is; half as sure where another pose may be as good; and why.
 
     Args:
-        said: the `Assessment` of a pose.
+        assessment: the `Assessment` of a pose.
         balls: `Balls` of the last radius, that judged it.
         observability: there.
         agreement: the `Agreement` there.
         T_target_source: (4, 4) the pose, between the clouds' origins.
         reach: how far off another one is looked for, in the clouds' unit.
     """
-    if not said.p_aligned >= LEAST_PROBABILITY or agreement.overlap.in_map:
-        return said
+    if not assessment.p_aligned >= LEAST_PROBABILITY or agreement.overlap.in_map:
+        return assessment
     T, near = from_origins(*balls.of, T_target_source), NEAR * balls.radius
     others = list(_others(balls, observability, agreement, T_target_source, reach))
     doubtful = [each for each in others if each.is_like or each.was_still(T, near)]
     if doubtful:
         what, far = _what(doubtful, T_target_source)
         reason = f'{what} coincide {far:.2g} from here: do others move along with the sensor?'
-        p = said.p_aligned / 2.0
-        return replace(said, verdict=Verdict.MISALIGNED, p_aligned=p, reason=reason)
+        p = assessment.p_aligned / 2.0
+        return replace(assessment, verdict=Verdict.MISALIGNED, p_aligned=p, reason=reason)
     along = [each for each in others if each.moves_along(T)]
     if not along:
-        return said
+        return assessment
     what, _ = _what(along, T_target_source)
-    return replace(said, reason=f'{said.reason}; {what} move along with the sensor')
+    return replace(assessment, reason=f'{assessment.reason}; {what} move along with the sensor')
 
 
 def _what(others: list[_Other], T: Transform) -> tuple[str, float]:

@@ -68,7 +68,7 @@ class Observability(NamedTuple):
         return self.units @ self.axes
 
     @property
-    def held(self) -> Twists:
+    def constrained(self) -> Twists:
         """The motions (6, k) that are observable."""
         return self.motions[:, self.observable]
 
@@ -112,7 +112,7 @@ def observability_of(
 ) -> Observability:
     """Return the `Observability` of a cost's two clouds at a transform.
 
-    Of a sample of the centres; where by the sample a motion is not held firmly, of all.
+    Of a sample of the centres; where by the sample a motion is not observable for sure, of all.
 
     Args:
         cost: that of the last stage.
@@ -165,7 +165,7 @@ def _standard_error(products: Floats) -> Floats:
 def _observable(
     strength: Floats, error: Floats, noise: float, balls: int, turning: Floats
 ) -> Mask:
-    """Return which motions are held; turning (6,): how much of each is a turn, 0 to 1."""
+    """Return which motions are observable; turning (6,): how much of each is a turn, 0 to 1."""
     if 0 < balls < LEAST_BALLS:
         return np.ones(6, bool)
     by_chance = np.maximum(CHANCE * error, max(NORMAL_VARIANCES * noise, ROUNDING))

@@ -115,7 +115,7 @@ def weighed(
     return Weighed(T_weighed, posterior, float(np.sqrt(max(squared, 0.0))), is_believed=True)
 
 
-def beyond_guess(said: Assessment, distance: float) -> Assessment:
+def beyond_guess(assessment: Assessment, distance: float) -> Assessment:
     """Return what is said of a result that is farther from its guess than that allows.
 
     A covariance of guesses is often too small; a basin is not: where the result lies beyond it
@@ -124,10 +124,10 @@ def beyond_guess(said: Assessment, distance: float) -> Assessment:
     distance: in the deviations of both.
     """
     far = f'it is {distance:.2g} deviations from the guess'
-    if said.way <= 1.0:
-        return replace(said, reason=f'{said.reason}; {far}, which is not weighed')
-    p = said.p_aligned * exp((FARTHEST_SQUARED - distance**2) / 2.0)
-    return replace(said, verdict=Verdict.MISALIGNED, p_aligned=p, reason=far)
+    if assessment.way <= 1.0:
+        return replace(assessment, reason=f'{assessment.reason}; {far}, which is not weighed')
+    p = assessment.p_aligned * exp((FARTHEST_SQUARED - distance**2) / 2.0)
+    return replace(assessment, verdict=Verdict.MISALIGNED, p_aligned=p, reason=far)
 
 
 class WeighedTwist(NamedTuple):

@@ -106,7 +106,7 @@ def verdict_and_reason(
         p: probability that it is right; nan where it lacks something.
         evidence: what that was judged by.
         lack: the `Lack` of the clouds there; None: they can tell.
-        free: the motions that nothing holds, in words; empty: all are held.
+        free: the motions that nothing holds, in words; empty: all are observable.
         descent: the `Descent` that ended there.
     """
     if lack and not (lack.gives_way and free):

@@ -39,8 +39,8 @@ TURNING = 'the residuals turn with azimuth: motion of the sweep?'
 GROWING = 'the residuals grow with range: is the scale of both the same?'
 
 
-def told_by_residuals(
-    regions: Regions, T: Transform, origin: Point, held: Twists, radius: float
+def residual_diagnosis(
+    regions: Regions, T: Transform, origin: Point, constrained: Twists, radius: float
 ) -> tuple[str, Matrix6]:
     """Say that residuals show a motion of the sweep, or a scale; and what that adds, (6, 6).
 
@@ -52,35 +52,37 @@ def told_by_residuals(
         regions: of a result whose motion was not solved.
         T: (4, 4) the result, between the clouds' origins.
         origin: (3,) that of the source's cloud, in the sensor's frame.
-        held: (6, k) motions that are observable.
+        constrained: (6, k) motions that are observable.
         radius: of the last stage.
     """
-    if held.shape[1] == 0:
+    if constrained.shape[1] == 0:
         return '', np.zeros((6, 6))
     sensor, R = se3.transform_points(T, -origin), np.ascontiguousarray(T[:3, :3])
     pulls, stiffness, places = regions[:3]
     away, turn, sectors, grown, sums = _about_sensor(pulls, stiffness, places, sensor, R)
     regions = regions._replace(places=away)
     # what grows may seem to turn, too, what turns hardly grows
-    if _is_growing(regions, grown, sums, held, radius):
+    if _is_growing(regions, grown, sums, constrained, radius):
         return GROWING, np.zeros((6, 6))
     if sectors < ALL_AROUND:
         return '', np.zeros((6, 6))
-    half = SHORT / 2 * _turning(regions, turn, held, radius)
+    half = SHORT / 2 * _turning(regions, turn, constrained, radius)
     return TURNING if half.any() else '', np.outer(half, half)
 
 
-def _turning(regions: Regions, turn: Floats, held: Twists, radius: float) -> Twist:
+def _turning(regions: Regions, turn: Floats, constrained: Twists, radius: float) -> Twist:
     """Return by which motion residuals turn with azimuth, wherever a sweep begins; zeros: none.
 
     turn: (G,) the azimuth of each region, 0 to 1.
     """
-    found = [_between_ends(regions, (turn + seam) % 1.0 - 0.5, held, radius) for seam in SEAMS]
-    most: Twist = held @ max(found, key=lambda motion: float(motion @ motion))
+    found = [
+        _between_ends(regions, (turn + seam) % 1.0 - 0.5, constrained, radius) for seam in SEAMS
+    ]
+    most: Twist = constrained @ max(found, key=lambda motion: float(motion @ motion))
     return most
 
 
-def _between_ends(regions: Regions, time: Floats, held: Twists, radius: float) -> Floats:
+def _between_ends(regions: Regions, time: Floats, constrained: Twists, radius: float) -> Floats:
     """Return (k,) from Newton's pose at the sweep's begin to that at its end; zeros: not surely.
 
     The deviations are by what the regions still pull at the two.
@@ -88,12 +90,12 @@ def _between_ends(regions: Regions, time: Floats, held: Twists, radius: float) -
     Args:
         regions: `Regions`.
         time: (G,) of the sweep, from -0.5 at its begin to 0.5.
-        held: (6, k) motions.
+        constrained: (6, k) motions.
         radius: of the last stage.
     """
     motion, squares = LEAST_TURNING
-    k = held.shape[1]
-    along = np.ascontiguousarray(held)
+    k = constrained.shape[1]
+    along = np.ascontiguousarray(constrained)
     matrix, gradient = _over_time(regions.pulls, regions.stiffness, time, along)
     step, _ = newton_step(matrix, gradient)
     apart: Floats = step[k:]
@@ -101,9 +103,9 @@ def _between_ends(regions: Regions, time: Floats, held: Twists, radius: float) -
         return np.zeros_like(apart)
     inverse = np.asarray(np.linalg.pinv(matrix, hermitian=True), np.float64)
     share = np.stack([np.ones(len(time)), time])
-    moved = share.T @ step.reshape(2, k) @ held.T
+    moved = share.T @ step.reshape(2, k) @ constrained.T
     left: Floats = regions.pulls + np.einsum('gij,gj->gi', regions.stiffness, moved)
-    each = (share.T[:, :, None] * (left @ held)[:, None]).reshape(len(time), -1) @ inverse
+    each = (share.T[:, :, None] * (left @ constrained)[:, None]).reshape(len(time), -1) @ inverse
     spread = (each.T @ each)[k:, k:]
     is_sure = apart @ np.linalg.pinv(spread, hermitian=True) @ apart >= k * squares
     return apart if is_sure else np.zeros_like(apart)
@@ -113,7 +115,7 @@ def _is_growing(
     regions: Regions,
     grown: Twist,
     sums: tuple[float, float, float],
-    held: Twists,
+    constrained: Twists,
     radius: float,
 ) -> bool:
     """Whether residuals surely grow with range, as no motion of the whole undoes.
@@ -124,8 +126,10 @@ def _is_growing(
     grown, sums: of `_about_sensor`.
     """
     pulls, stiffness, places, (motion, squares) = *regions[:3], LEAST_GROWING
-    undone, _ = newton_step(held.T @ regions.total.matrix @ held, held.T @ grown)
-    common = held @ undone  # what all move by, beside each outwards
+    undone, _ = newton_step(
+        constrained.T @ regions.total.matrix @ constrained, constrained.T @ grown
+    )
+    common = constrained @ undone  # what all move by, beside each outwards
     firm = float(common @ grown) + sums[0]
     if firm <= 0.0:
         return False
@@ -185,13 +189,13 @@ def _about_sensor(
 
 @kernel
 def _over_time(
-    pulls: Floats, stiffness: Floats, time: Floats, held: Twists
+    pulls: Floats, stiffness: Floats, time: Floats, constrained: Twists
 ) -> tuple[Floats, Floats]:
-    """Return matrix (2 k, 2 k) and gradient (2 k,) of motions held, and of what they change by.
+    """Return matrix (2 k, 2 k) and gradient (2 k,) of observable motions and of their change.
 
     Over the time of each region: J^T S J and J^T g, J = [F, t F], F the motions (6, k).
     """
-    sums, pull, k = np.zeros((3, 6, 6)), np.zeros((2, 6)), held.shape[1]
+    sums, pull, k = np.zeros((3, 6, 6)), np.zeros((2, 6)), constrained.shape[1]
     for g in range(len(time)):
         for i in range(6):
             pull[0, i] += pulls[g, i]
@@ -204,9 +208,9 @@ def _over_time(
     matrix, gradient = np.zeros((2 * k, 2 * k)), np.zeros(2 * k)
     for m in range(2 * k):
         for i in range(6):
-            along = held[i, m % k]
+            along = constrained[i, m % k]
             gradient[m] += along * pull[m // k, i]
             for n in range(2 * k):
                 for j in range(6):
-                    matrix[m, n] += along * sums[m // k + n // k, i, j] * held[j, n % k]
+                    matrix[m, n] += along * sums[m // k + n // k, i, j] * constrained[j, n % k]
     return matrix, gradient

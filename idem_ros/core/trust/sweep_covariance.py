@@ -104,12 +104,12 @@ def _of_two_poses(
     regions: Linearization, cost: JointEntropy, T: Transform, observability: Observability
 ) -> Floats:
     """Return the (12, 12) covariance of twists (omega, v) on the left of the two poses."""
-    of_one, moved, _ = firm_and_loose(observability.held, of_common_twist(regions).matrix)
+    of_one, moved, _ = firm_and_loose(observability.constrained, of_common_twist(regions).matrix)
     firm, roots = stiff_and_curved(cost, T, of_one, moved)
     softer = of_each_pose(roots @ np.linalg.pinv(firm))
-    units = of_each_pose(observability.held)
-    held, _, loose = firm_and_loose(units, regions.matrix.sum(axis=0))
+    units = of_each_pose(observability.constrained)
+    constrained, _, loose = firm_and_loose(units, regions.matrix.sum(axis=0))
     loose = np.concatenate([of_each_pose(observability.free), loose], axis=1)
-    scatter = scatter_of(regions.gradient, regions.matrix, held, softer @ held)
+    scatter = scatter_of(regions.gradient, regions.matrix, constrained, softer @ constrained)
     floor = (FLOOR * cost.balls.radius) ** 2 * units @ units.T
     return scatter + floor + observability.lever_arm**2 * loose @ loose.T

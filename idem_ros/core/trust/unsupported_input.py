@@ -48,7 +48,7 @@ def out_of_scope(target: Cloud, source: Cloud, radius: float) -> str:
 
 
 def judged_in_scope(
-    said: Assessment,
+    assessment: Assessment,
     target: Cloud,
     source: Cloud,
     balls: Balls,
@@ -58,24 +58,24 @@ def judged_in_scope(
     """Return an `Assessment` as it is, or what is left of it where clouds are out of scope.
 
     Args:
-        said: the `Assessment` of a pose.
+        assessment: the `Assessment` of a pose.
         target, source: `Cloud`s, as given.
         balls: `Balls` of the last radius, that judged it.
         agreement: the `Agreement` there.
         T: (4, 4) the pose, between the clouds' origins.
     """
-    is_good = said.p_aligned >= LEAST_PROBABILITY
+    is_good = assessment.p_aligned >= LEAST_PROBABILITY
     reason = out_of_scope(target, source, balls.radius)
     if is_good and not reason:
         reason = _filled_volume(balls)
     if reason:
         return replace(
-            said, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
+            assessment, verdict=Verdict.NOT_CONVERGED, p_aligned=np.nan, reason=reason, free=''
         )
     reason = scale_left_open(balls, agreement.reach, agreement.overlap, T) if is_good else ''
     if reason:
-        return replace(said, verdict=Verdict.LOW_OVERLAP, p_aligned=np.nan, reason=reason)
-    return said
+        return replace(assessment, verdict=Verdict.LOW_OVERLAP, p_aligned=np.nan, reason=reason)
+    return assessment
 
 
 def _filled_volume(balls: Balls) -> str:

@@ -40,7 +40,7 @@ class Assessment:
     """A verdict on a pose, and what it stands on."""
 
     verdict: Verdict
-    p_aligned: float  # probability that it is right along every motion held; nan: unknown
+    p_aligned: float  # probability that it is right along every observable motion; nan: unknown
     reason: str
     free: str = ''  # the motions that nothing holds, in words, in the source's axes
     # (6, 6), x y z rx ry rz: of the source frame's pose in the target frame, about its own origin

@@ -38,12 +38,12 @@ def at_the_minimum(rng):
 def test_firm_motions_have_unit_stiffness_and_say_how_far_they_move_the_surfaces(at_the_minimum):
     *_, observability, regions = at_the_minimum
     matrix = regions.total.matrix
-    firm, moved, loose = firm_and_loose(observability.held, matrix)
+    firm, moved, loose = firm_and_loose(observability.constrained, matrix)
     np.testing.assert_allclose(firm.T @ matrix @ firm, np.eye(6), atol=1e-9)
     found = np.linalg.norm(np.linalg.solve(observability.units, firm), axis=0)
     np.testing.assert_allclose(moved, found, rtol=1e-9)
     assert loose.shape == (6, 0)
-    none = firm_and_loose(observability.held[:, :0], matrix)
+    none = firm_and_loose(observability.constrained[:, :0], matrix)
     assert [each.shape[-1] for each in none] == [0, 0, 0]
 
 
