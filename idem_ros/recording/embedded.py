@@ -9,6 +9,7 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
 from idem_ros.core.exceptions import IdemError
+from idem_ros.files.unreadable import refuse_special
 from idem_ros.terminal.printable import error_line
 
 METADATA, RECORD = 'idem_replay', 'frames.json'
@@ -46,6 +47,7 @@ def read_embedded(path):
     Raises:
         UnreadableMcap: it cannot be opened, is damaged or cut off, or has no index.
     """
+    refuse_special(path, UnreadableMcap)
     try:
         with Path(path).open('rb') as stream:
             return _embedded(path, stream)

@@ -1,4 +1,5 @@
 import io
+import os
 import tracemalloc
 
 import numpy as np
@@ -153,3 +154,9 @@ def test_diagnostics_survive_serialisation():
     (status,) = typestore().deserialize_cdr(raw, message.__msgtype__).status
     assert (status.name, status.level, status.message) == ('/idem: task', 1, 'no_overlap')
     assert [(value.key, value.value) for value in status.values] == [('q_tot', '0.5')]
+
+
+def test_nobody_waits_for_what_a_pipe_may_carry(tmp_path):
+    os.mkfifo(tmp_path / 'pipe.mcap')
+    with pytest.raises(UnreadableMcap, match='is a pipe'):
+        read_embedded(tmp_path / 'pipe.mcap')
