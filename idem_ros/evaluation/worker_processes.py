@@ -16,6 +16,7 @@ from typing import Any
 
 from idem_ros.core.exceptions import IdemError
 from idem_ros.evaluation.one_recording import Outcome, evaluated
+from idem_ros.terminal.interrupts import held_back
 from idem_ros.terminal.printable import error_line
 
 RUNS = 3  # of a task whose worker is killed: one, and two again
@@ -28,11 +29,13 @@ class _Deaf(SpawnProcess):
     """Begins, and goes on, without hearing Ctrl-C, which is for the parent that ends us."""
 
     def start(self):
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            super().start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        # a child that was not yet told what it is for would say so in a traceback
+        with held_back():
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                super().start()
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Spawn(SpawnContext):

@@ -85,3 +85,32 @@ with worker_pool(1) as pool:
         [sys.executable, '-c', script], capture_output=True, text=True, timeout=60, check=False
     )
     assert (ended.returncode, ended.stderr) == (3, '')
+
+
+def test_a_signal_while_a_worker_is_started_leaves_no_traceback():
+    script = """
+import signal
+from multiprocessing import util
+from idem_ros.evaluation.worker_processes import worker_pool
+from idem_ros.terminal import interrupts
+
+spawn = util.spawnv_passfds
+
+def spawned(path, arguments, descriptors):
+    child = spawn(path, arguments, descriptors)
+    if '--multiprocessing-fork' in arguments:  # not yet told what it is for
+        signal.raise_signal(signal.SIGTERM)
+    return child
+
+if __name__ == '__main__':
+    interrupts.listen()
+    util.spawnv_passfds = spawned
+    try:
+        with worker_pool(1) as pool:
+            print(pool.submit(abs, -1).result())
+    except KeyboardInterrupt:
+        print('ended')
+"""
+    command = [sys.executable, '-c', script]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (run.stdout, run.stderr) == ('ended\n', '')
