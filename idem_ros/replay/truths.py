@@ -5,6 +5,7 @@ messages, which would fill the memory.
 """
 
 from array import array
+from bisect import bisect_right
 from itertools import islice, zip_longest
 
 import numpy as np
@@ -144,7 +145,7 @@ class Truths:
         self._stamps, self._kinds = array('q'), array('q')
         self._rows = array('d')  # the first three of each pose
         self._numbers_of = {}  # (frame_id, child_frame_id, why it is no pose) -> its kind
-        self._awaited = self._order = None
+        self._awaited, self._is_sorted = None, True
         self._is_stream = False  # poses of a body in one frame, at stamps of their own
         self._path, self._flaw = [], ''
 
@@ -174,10 +175,10 @@ class Truths:
             self._keep(stamp_ns(message), np.zeros((4, 4)), *frames, self._flaw)
 
     def _keep(self, stamp, pose, *kind):
+        self._is_sorted &= not self._stamps or stamp >= self._stamps[-1]
         self._stamps.append(stamp)
         self._kinds.append(self._numbers_of.setdefault(kind, len(self._numbers_of)))
         self._rows.frombytes(pose[:3].tobytes())
-        self._order = None
         if self._awaited:
             self._awaited.discard(stamp)
 
@@ -259,22 +260,29 @@ class Truths:
 
         No place where there is none, or where those around are too far apart or of other frames.
         """
-        if self._order is None:
-            stamps = np.array(self._stamps, dtype=np.int64)
-            order = np.argsort(stamps, kind='stable')
-            self._order = order, stamps[order]
-        order, stamps = self._order
-        k = int(np.searchsorted(stamps, stamp, side='right'))
+        if not self._is_sorted:
+            self._sort()
+        stamps = self._stamps
+        k = bisect_right(stamps, stamp)
         if k and stamps[k - 1] == stamp:
-            return [int(order[k - 1])], 0.0
+            return [k - 1], 0.0
         if not (self._is_stream and 0 < k < len(stamps)):
             return [], 0.0
-        after = int(np.searchsorted(stamps, stamps[k], side='right')) - 1
-        places, gap = [int(order[k - 1]), int(order[after])], int(stamps[k] - stamps[k - 1])
+        places = [k - 1, bisect_right(stamps, stamps[k]) - 1]
+        gap = stamps[k] - stamps[k - 1]
         if gap > WIDEST or self._kinds[places[0]] != self._kinds[places[1]]:
             return [], 0.0
         self._note(BETWEEN)
-        return places, (stamp - int(stamps[k - 1])) / gap
+        return places, (stamp - stamps[k - 1]) / gap
+
+    def _sort(self):
+        """Bring them into the order of their stamps; of one stamp the last stays the last."""
+        order = np.argsort(self._stamps, kind='stable')
+        rows = np.reshape(self._rows, (-1, 12))[order]
+        self._stamps = array('q', np.take(self._stamps, order).tobytes())
+        self._kinds = array('q', np.take(self._kinds, order).tobytes())
+        self._rows = array('d', rows.tobytes())
+        self._is_sorted = True
 
 
 def _assumed(frames, clouds):
