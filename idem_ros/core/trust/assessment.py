@@ -59,14 +59,7 @@ def assess(
         return Assessment(Verdict.SEPARATED, 0.0, separated(given, T_guess, balls.radius))
     total, both, told = _pull_and_covariance(pair, descent, agreement, observability)
     covariance = both[:6, :6]
-    of_all, nearby = discord(balls, agreement, T)
-    first = descent.first or balls
-    evidence = Evidence(
-        near_discord=nearby,
-        contrast=_least_contrast(balls, T, observability, agreement.q),
-        overlap=agreement.overlap.most,
-        way=way_between(first, T, T_guess),
-    )
+    evidence, of_all = _evidence_and_discord(descent, T_guess, agreement, observability)
     lack = lack_of(agreement, balls, observability, pair.trust)
     p = np.nan if lack else float(probability(*evidence))
     free = free_in_words(observability, T[:3, :3])
@@ -80,7 +73,7 @@ def assess(
         f'{reason}; {told}' if told else reason,
         free=free,
         covariance=unknown if lack else pose_covariance(covariance, position) + more,
-        basin=gauge(first, T, T_guess, evidence.way) if is_solved else np.nan,
+        basin=gauge(descent.first or balls, T, T_guess, evidence.way) if is_solved else np.nan,
         sweep_covariance=sweep_covariance(both, position),
         discord=of_all,
         step=_step(observability, *total) / balls.radius,
@@ -95,6 +88,22 @@ def assess(
     return audited(
         of_minimum, to_pose(position) @ offset, constrained, pair.config.audit_tolerance
     )
+
+
+def _evidence_and_discord(
+    descent: Descent, T_guess: Transform, agreement: Agreement, observability: Observability
+) -> tuple[Evidence, float]:
+    """Return what `probability` goes by, and the discord of all that meet."""
+    assert descent.cost is not None, 'a pose is judged by its cost'
+    balls, T = descent.cost.balls, descent.solution.transform
+    of_all, nearby = discord(balls, agreement, T)
+    evidence = Evidence(
+        near_discord=nearby,
+        contrast=_least_contrast(balls, T, observability, agreement.q),
+        overlap=agreement.overlap.most,
+        way=way_between(descent.first or balls, T, T_guess),
+    )
+    return evidence, of_all
 
 
 def _pull_and_covariance(
