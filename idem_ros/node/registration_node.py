@@ -12,8 +12,8 @@ NAME = 'idem_node'
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class RegistrationNode(Node):
-    """Registers as soon as it is made, until it is destroyed; see `LiveRegistration`.
+class _Registering:
+    """What makes a node, of the class beside it, the one with a `LiveRegistration`.
 
     Args:
         node_options: as `rclpy.node.Node` takes them.
@@ -26,12 +26,6 @@ class RegistrationNode(Node):
         with no_dead_ports(domain_of(node_options.get('context'))):
             super().__init__(NAME, **node_options)
         self.registration = LiveRegistration(self)
-        try:
-            self.registration.open()
-            self.registration.start()
-        except Exception:
-            self.destroy_node()  # at once: who waits for the garbage leaves its ports behind
-            raise
 
     def destroy_node(self):
         """Let the refinement under way end, join the worker, and destroy the node."""
@@ -39,25 +33,30 @@ class RegistrationNode(Node):
         super().destroy_node()
 
 
-class LifecycleRegistrationNode(LifecycleNode):
+class RegistrationNode(_Registering, Node):
+    """Registers as soon as it is made, until it is destroyed; see `_Registering`."""
+
+    def __init__(self, **node_options):
+        super().__init__(**node_options)
+        try:
+            self.registration.open()
+            self.registration.start()
+        except Exception:
+            self.destroy_node()  # at once: who waits for the garbage leaves its ports behind
+            raise
+
+
+class LifecycleRegistrationNode(_Registering, LifecycleNode):
     """The same registration as `RegistrationNode` has, led by a lifecycle manager.
 
     Configured, it listens to targets and guesses, so that a map is there when it is activated;
     only active does it listen to sources and publish. What waits when it is deactivated is
     dropped and counted, what is under way is published first. Cleaned up, it has forgotten all
-    but its parameters and its counts.
-
-    Args:
-        node_options: as `rclpy.node.Node` takes them.
-
-    Raises:
-        InvalidConfig: a parameter it was started with cannot be used.
+    but its parameters and its counts; see `_Registering`.
     """
 
     def __init__(self, **node_options):
-        with no_dead_ports(domain_of(node_options.get('context'))):
-            super().__init__(NAME, **node_options)
-        self.registration = LiveRegistration(self)
+        super().__init__(**node_options)
         self.get_logger().info('unconfigured: waits for a lifecycle manager')
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -90,11 +89,6 @@ class LifecycleRegistrationNode(LifecycleNode):
         """Begin anew, unconfigured."""
         self.registration.close()
         return SUCCESS
-
-    def destroy_node(self):
-        """Let the refinement under way end, join the worker, and destroy the node."""
-        self.registration.close()
-        super().destroy_node()
 
     def _led(self, begin, undo) -> TransitionCallbackReturn:
         try:
