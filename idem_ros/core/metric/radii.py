@@ -8,7 +8,8 @@ from idem_ros.core.workers import Workers, in_threads
 SAMPLE = 512  # points, at least, that a registration estimates the spacing of a cloud from
 STEPS_PER_OCTAVE = 8
 # Points that share a cell, on average, from which on voxels bound the time of copies and garbage:
-# as given, of which scans have up to 28, and of voxels, up to 5; and whatever radius is asked for.
+# as given, of which scans have up to 28, and of voxels, up to 5 (13 where they are finer than the
+# points are apart); and whatever radius is asked for.
 CROWDED, CROWDED_VOXELS, MOST_CROWDED = 30.0, 12.0, 60.0
 THINNED = 0.25, 0.25 * 2.0**0.5, 0.5  # of the radius: edges of those voxels, the finest first
 
