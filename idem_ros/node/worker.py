@@ -112,7 +112,7 @@ class LatestOnlyWorker:
 
         Args:
             patience: how long to wait for the work under way [s]; None: until it ends. What is
-                left then, `ending.leave` ends with the process.
+                left then, `process.leave` ends with the process.
         """
         with self._changed:
             self._stopping = True

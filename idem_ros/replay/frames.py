@@ -95,7 +95,7 @@ class Sequence:
     first_stamp: int
     """Of the first scan [ns], whose pose is the identity and which has no frame."""
     errors: dict | None
-    """See `trajectory_report.compared`; None: without truth."""
+    """See `comparison_table.compared`; None: without truth."""
 
 
 @dataclass(frozen=True)

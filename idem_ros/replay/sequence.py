@@ -202,7 +202,7 @@ def tie_of(truths, estimate, frame):
 
 
 def errors_of(reference, estimate):
-    """Return (the record of `trajectory_report.compared`, why there is none).
+    """Return (the record of `comparison_table.compared`, why there is none).
 
     The poses as a whole are moved so that the first that has a true one lies on it; rotation and
     scale of the rest are left as they are.

@@ -101,7 +101,7 @@ class Reader:
     Args:
         odometry: `Odometry`.
         clouds: `KeyframeClouds`.
-        settings: `replay.Settings`: what of points takes part, and whether motion is undone.
+        settings: `replay.settings.Settings`: what of points takes part, and whether motion is undone.
         config: `SmoothingConfig`.
     """
 
