@@ -12,8 +12,8 @@ NAME = 'idem_node'
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-class _Registering:
-    """What makes a node, of the class beside it, the one with a `LiveRegistration`.
+class _Registering(Node):
+    """A node with a `LiveRegistration`, which is closed before it is destroyed.
 
     Args:
         node_options: as `rclpy.node.Node` takes them.
@@ -33,7 +33,7 @@ class _Registering:
         super().destroy_node()
 
 
-class RegistrationNode(_Registering, Node):
+class RegistrationNode(_Registering):
     """Registers as soon as it is made, until it is destroyed; see `_Registering`."""
 
     def __init__(self, **node_options):

@@ -101,7 +101,7 @@ class Reader:
     Args:
         odometry: `Odometry`.
         clouds: `KeyframeClouds`.
-        settings: `replay.settings.Settings`: what of points takes part, and whether motion is undone.
+        settings: `Settings` of a replay: what of points takes part, and whether motion is undone.
         config: `SmoothingConfig`.
     """
 
